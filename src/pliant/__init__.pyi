@@ -1,0 +1,6 @@
+from . import errors as errors
+from .errors import MeshError as MeshError
+from .errors import PliantError as PliantError
+from .mesh import Mesh as Mesh
+
+__version__: str

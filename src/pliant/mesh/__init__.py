@@ -1,0 +1,5 @@
+"""Meshes: the value itself, files, check-up and repair, geometry, synthetic shapes, perturbations."""
+
+from .surface import Mesh
+
+__all__ = ["Mesh"]
