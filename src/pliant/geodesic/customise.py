@@ -1,0 +1,211 @@
+"""Lengths, and numbers of shortest paths, on the arcs of the supergraph; then only the arcs that matter.
+
+An arc (v, a) first takes the length of the shortest path from v to a through lower vertices only, and the number
+of such paths. Arcs longer than the true distance lie on no shortest path and are dropped; each
+shortest path then has exactly one decomposition into arcs that climb to its highest vertex and descend from it,
+so numbers of paths multiply and add without double counting.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .._arrays import FloatArray, IntArray
+from .._kernels import kernel
+from .elimination import Elimination, Int32Array
+from .graph import EdgeGraph
+
+# Fixed-point "no path": two of them still add up within int32.
+UNREACHED = np.int32(2**30 - 1)
+
+
+@dataclass(frozen=True, eq=False)
+class Arcs:
+    """Upward arcs that lie on shortest paths: row v of ``heads`` / ``lengths`` is ``rows[v]:rows[v + 1]``."""
+
+    rows: IntArray
+    heads: Int32Array
+    lengths: NDArray[Any]
+
+
+@dataclass(frozen=True, eq=False)
+class CountedArcs:
+    """Fixed-point arcs with path counts, and how each is made of lower arcs.
+
+    ``counts`` are numbers of shortest paths, scaled by 2**(-damping * length). Detour i says that the arc
+    ``whole[i]`` is also the pair of arcs ``first[i]``, ``second[i]``; detours come in unpacking order. ``edge``
+    is the graph edge an arc stands for, or -1 where only detours are as short.
+    """
+
+    rows: IntArray
+    heads: Int32Array
+    lengths: Int32Array
+    counts: FloatArray
+    edge: Int32Array
+    edge_share: FloatArray
+    whole: Int32Array
+    first: Int32Array
+    second: Int32Array
+    damping: float
+
+
+def metric_arcs(skeleton: Elimination, graph: EdgeGraph) -> Arcs:
+    """Customise with float64 lengths, for distances."""
+    lengths = np.full(len(skeleton.heads), np.inf)
+    slots = _edge_slots(skeleton, graph)
+    lengths[slots] = graph.lengths
+    _customise(skeleton.rows, skeleton.heads, lengths)
+    shortest = lengths.copy()
+    _perfect(skeleton.rows, skeleton.heads, shortest)
+    keep = (lengths <= shortest) & np.isfinite(lengths)
+    rows, heads = _kept_rows(skeleton, keep)
+    return Arcs(rows, heads, lengths[keep])
+
+
+def counted_arcs(
+    skeleton: Elimination, graph: EdgeGraph, fixed_lengths: Int32Array, damping: float = 0.0
+) -> CountedArcs:
+    """Customise with fixed-point lengths and path counts, for betweenness."""
+    lengths = np.full(len(skeleton.heads), UNREACHED, dtype=np.int32)
+    counts = np.zeros(len(skeleton.heads))
+    slots = _edge_slots(skeleton, graph)
+    lengths[slots] = fixed_lengths
+    counts[slots] = np.exp2(-damping * fixed_lengths)
+    edge_length = lengths.copy()
+    _customise_counted(skeleton.rows, skeleton.heads, lengths, counts)
+    shortest = lengths.copy()
+    _perfect(skeleton.rows, skeleton.heads, shortest)
+    keep = (lengths == shortest) & (lengths < UNREACHED)
+    rows, heads = _kept_rows(skeleton, keep)
+
+    direct = keep[slots] & (fixed_lengths == lengths[slots])
+    edge = np.full(len(skeleton.heads), -1, dtype=np.int32)
+    edge[slots[direct]] = np.flatnonzero(direct)
+    kept_counts = counts[keep]
+    kept_edge = edge[keep]
+    own = np.exp2(-damping * edge_length[keep].astype(np.float64))
+    edge_share = np.where(kept_edge >= 0, own / kept_counts, 0.0)
+    kept_lengths = lengths[keep]
+    whole, first, second = _detours(rows, heads, kept_lengths)
+    return CountedArcs(
+        rows, heads, kept_lengths, kept_counts, kept_edge, edge_share, whole, first, second, damping
+    )
+
+
+def _edge_slots(skeleton: Elimination, graph: EdgeGraph) -> IntArray:
+    """Arc number of each edge of the graph."""
+    ends = np.sort(skeleton.rank[graph.edges].astype(np.int64), axis=1)
+    n = np.int64(graph.n_vertices)
+    tails = np.repeat(np.arange(graph.n_vertices, dtype=np.int64), np.diff(skeleton.rows))
+    slots: IntArray = np.searchsorted(tails * n + skeleton.heads, ends[:, 0] * n + ends[:, 1])
+    return slots
+
+
+def _kept_rows(skeleton: Elimination, keep: NDArray[np.bool_]) -> tuple[IntArray, Int32Array]:
+    kept_before = np.concatenate([[0], np.cumsum(keep)])
+    return kept_before[skeleton.rows].astype(np.int64), skeleton.heads[keep]
+
+
+@kernel
+def _customise(rows: Any, heads: Any, lengths: Any) -> None:
+    """Bottom-up: shorten every arc (a, b) by the detours through lower vertices v."""
+    for v in range(len(rows) - 1):
+        for i in range(rows[v], rows[v + 1]):
+            a = heads[i]
+            left = lengths[i]
+            j = rows[a]
+            for k in range(i + 1, rows[v + 1]):
+                b = heads[k]
+                while heads[j] != b:
+                    j += 1
+                lengths[j] = min(lengths[j], left + lengths[k])
+
+
+@kernel
+def _customise_counted(rows: Any, heads: Any, lengths: Any, counts: Any) -> None:
+    """Bottom-up in fixed point, with the number of shortest paths each arc stands for."""
+    for v in range(len(rows) - 1):
+        for i in range(rows[v], rows[v + 1]):
+            a = heads[i]
+            left = lengths[i]
+            j = rows[a]
+            for k in range(i + 1, rows[v + 1]):
+                b = heads[k]
+                while heads[j] != b:
+                    j += 1
+                detour = left + lengths[k]
+                if detour < lengths[j]:
+                    lengths[j] = detour
+                    counts[j] = counts[i] * counts[k]
+                elif detour == lengths[j] and detour < UNREACHED:
+                    counts[j] += counts[i] * counts[k]
+
+
+@kernel
+def _perfect(rows: Any, heads: Any, lengths: Any) -> None:
+    """Top-down: shorten every arc to the true distance by the detours through higher vertices."""
+    for v in range(len(rows) - 2, -1, -1):
+        for i in range(rows[v], rows[v + 1]):
+            a = heads[i]
+            j = rows[a]
+            for k in range(i + 1, rows[v + 1]):
+                b = heads[k]
+                while heads[j] != b:
+                    j += 1
+                between = lengths[j]
+                lengths[i] = min(lengths[i], lengths[k] + between)
+                lengths[k] = min(lengths[k], lengths[i] + between)
+
+
+@kernel
+def _detours(rows: Any, heads: Any, lengths: Any) -> Any:
+    """Every kept arc's tight pairs of lower arcs, those of high middle vertices first."""
+    capacity = max(16, 2 * len(heads))
+    whole = np.empty(capacity, np.int32)
+    first = np.empty(capacity, np.int32)
+    second = np.empty(capacity, np.int32)
+    found = 0
+    for v in range(len(rows) - 2, -1, -1):
+        for i in range(rows[v], rows[v + 1]):
+            a = heads[i]
+            left = lengths[i]
+            j = rows[a]
+            stop = rows[a + 1]
+            for k in range(i + 1, rows[v + 1]):
+                b = heads[k]
+                while j < stop and heads[j] < b:
+                    j += 1
+                if j == stop:
+                    break
+                if heads[j] == b and left + lengths[k] == lengths[j]:
+                    if found == capacity:
+                        capacity *= 2
+                        whole = _grown(whole, capacity)
+                        first = _grown(first, capacity)
+                        second = _grown(second, capacity)
+                    whole[found] = j
+                    first[found] = i
+                    second[found] = k
+                    found += 1
+    return whole[:found].copy(), first[:found].copy(), second[:found].copy()
+
+
+@kernel
+def _grown(array: Any, capacity: Any) -> Any:
+    larger = np.empty(capacity, np.int32)
+    larger[: len(array)] = array
+    return larger
+
+
+@kernel
+def unpack(flow: Any, counts: Any, whole: Any, first: Any, second: Any) -> None:
+    """Hand the flow of every arc down to the arcs it is made of, in place, top-down."""
+    for d in range(len(whole)):
+        whole_arc, one, two = whole[d], first[d], second[d]
+        moved = flow[whole_arc] * (counts[one] * counts[two] / counts[whole_arc])
+        flow[one] += moved
+        flow[two] += moved

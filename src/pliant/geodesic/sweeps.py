@@ -1,0 +1,124 @@
+"""Shortest paths from many sources at once: one sweep up the hierarchy, one down, and the way back.
+
+Vertices are named by rank. Each of the 64 lanes holds one source; every array over (vertex, lane) is
+contiguous in its lanes, which is where the compiler finds its vector instructions. The sweep up visits only
+ancestors of the sources in the elimination tree, and its labels live in arrays over these ancestors
+("climb"); the sweep down visits vertices in decreasing rank. (PHAST: Delling et al. 2011; the way
+back: Brandes 2001.)
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .._arrays import FloatArray
+from .._kernels import kernel
+from .customise import Arcs
+from .elimination import Elimination
+
+LANES = 64
+
+
+def batches(items: NDArray[Any]) -> list[NDArray[Any]]:
+    """Cut an array into runs of at most one item a lane."""
+    return [items[start : start + LANES] for start in range(0, len(items), LANES)]
+
+
+def sweep_metric(skeleton: Elimination, arcs: Arcs, ranks: NDArray[Any]) -> FloatArray:
+    """Distances from up to 64 ranks to every vertex: (s, n), columns in the graph's own vertex order."""
+    n = len(skeleton.order)
+    place = np.full(n, -1, dtype=np.int32)
+    listed = ancestors_of(ranks, skeleton.parent, place, np.empty(n, dtype=np.int32))
+    label = np.full((len(listed), LANES), np.inf)
+    label[place[ranks], np.arange(len(ranks))] = 0.0
+    climb(listed, place, arcs.rows, arcs.heads, arcs.lengths, label)
+    distance = np.empty((n, LANES))
+    descend(place, arcs.rows, arcs.heads, arcs.lengths, label, distance)
+    out = np.empty((len(ranks), n))
+    _by_source(distance, skeleton.rank, out)
+    return out
+
+
+@kernel
+def ancestors_of(sources: Any, parent: Any, place: Any, found: Any) -> Any:
+    """List the sources' ancestors, themselves included, ascending; ``place`` maps a rank into the list.
+
+    ``place`` is -1 everywhere on entry; :func:`forget` restores that.
+    """
+    size = 0
+    for lane in range(len(sources)):
+        v = sources[lane]
+        while v >= 0 and place[v] < 0:
+            place[v] = 0
+            found[size] = v
+            size += 1
+            v = parent[v]
+    listed = np.sort(found[:size])
+    for i in range(size):
+        place[listed[i]] = i
+    return listed
+
+
+@kernel
+def forget(listed: Any, place: Any) -> None:
+    """Undo the marks of :func:`ancestors_of`."""
+    for i in range(len(listed)):
+        place[listed[i]] = -1
+
+
+@kernel
+def climb(listed: Any, place: Any, rows: Any, heads: Any, lengths: Any, label: Any) -> None:
+    """Distances over upward paths only, from labels that are 0 at the sources."""
+    for i in range(len(listed)):
+        v = listed[i]
+        for arc in range(rows[v], rows[v + 1]):
+            above = place[heads[arc]]
+            length = lengths[arc]
+            for lane in range(LANES):
+                label[above, lane] = min(label[above, lane], label[i, lane] + length)
+
+
+@kernel
+def descend(place: Any, rows: Any, heads: Any, lengths: Any, climbed: Any, distance: Any) -> None:
+    """Distances to every vertex, from those of upward paths."""
+    for v in range(len(rows) - 2, -1, -1):
+        if place[v] >= 0:
+            distance[v] = climbed[place[v]]
+        else:
+            distance[v] = np.inf
+        relax(v, rows, heads, lengths, distance)
+
+
+@kernel
+def relax(v: Any, rows: Any, heads: Any, lengths: Any, distance: Any) -> None:
+    """Shorten the labels of a vertex over all its arcs, four at a time to save passes over its row."""
+    arc = rows[v]
+    stop = rows[v + 1]
+    while arc + 4 <= stop:
+        u0, u1, u2, u3 = heads[arc], heads[arc + 1], heads[arc + 2], heads[arc + 3]
+        l0, l1, l2, l3 = lengths[arc], lengths[arc + 1], lengths[arc + 2], lengths[arc + 3]
+        for lane in range(LANES):
+            low = min(distance[u0, lane] + l0, distance[u1, lane] + l1)
+            high = min(distance[u2, lane] + l2, distance[u3, lane] + l3)
+            distance[v, lane] = min(distance[v, lane], min(low, high))
+        arc += 4
+    while arc < stop:
+        u0 = heads[arc]
+        l0 = lengths[arc]
+        for lane in range(LANES):
+            distance[v, lane] = min(distance[v, lane], distance[u0, lane] + l0)
+        arc += 1
+
+
+@kernel
+def _by_source(distance: Any, rank: Any, out: Any) -> None:
+    """Transpose (rank, lane) to (source, vertex), in blocks that fit the cache."""
+    block = 512
+    for start in range(0, len(rank), block):
+        stop = min(start + block, len(rank))
+        for lane in range(len(out)):
+            for v in range(start, stop):
+                out[lane, v] = distance[rank[v], lane]
