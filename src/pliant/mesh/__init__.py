@@ -1,7 +1,47 @@
 """Meshes: the value itself, files, check-up and repair, geometry, synthetic shapes, perturbations."""
 
 from . import shapes
+from .arrays import load_arrays, save_arrays
+from .check import CheckUp, Finding, check_up
 from .curvature import Curvatures, principal_curvatures
+from .files import load_mesh, save_mesh
+from .formats import triangulated
+from .repair import (
+    Repair,
+    largest_component,
+    merged,
+    orient,
+    repaired,
+    without_degenerate_faces,
+    without_duplicate_faces,
+    without_unreferenced,
+)
 from .surface import Mesh
+from .topology import boundary_edges, boundary_loops, edge_faces, vertex_components
 
-__all__ = ["Curvatures", "Mesh", "principal_curvatures", "shapes"]
+__all__ = [
+    "CheckUp",
+    "Curvatures",
+    "Finding",
+    "Mesh",
+    "Repair",
+    "boundary_edges",
+    "boundary_loops",
+    "check_up",
+    "edge_faces",
+    "largest_component",
+    "load_arrays",
+    "load_mesh",
+    "merged",
+    "orient",
+    "principal_curvatures",
+    "repaired",
+    "save_arrays",
+    "save_mesh",
+    "shapes",
+    "triangulated",
+    "vertex_components",
+    "without_degenerate_faces",
+    "without_duplicate_faces",
+    "without_unreferenced",
+]
