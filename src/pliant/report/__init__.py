@@ -1,5 +1,6 @@
 """Reports: figures without a display, and self-contained interactive pages."""
 
 from .figures import hemisphere_views, histogram_figure, surface_figure
+from .page import surface_page, write_page
 
-__all__ = ["hemisphere_views", "histogram_figure", "surface_figure"]
+__all__ = ["hemisphere_views", "histogram_figure", "surface_figure", "surface_page", "write_page"]

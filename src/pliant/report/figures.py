@@ -312,7 +312,7 @@ def _draw_bar(
     ticks.set_powerlimits((-3, 4))
     axes = figure.add_axes(box)
     bar = figure.colorbar(mappable, cax=axes, orientation="horizontal", extend=ends, format=ticks)
-    bar.outline.set_visible(False)  # type: ignore[operator]
+    bar.outline.set_visible(False)
     bar.ax.tick_params(labelsize=8.5, color=_QUIET, labelcolor=_INK, length=3)
     bar.ax.xaxis.get_offset_text().set_fontsize(8.5)
     bar.set_label(label, fontsize=9.5, color=_INK, labelpad=3)
