@@ -16,7 +16,7 @@ R = TypeVar("R")
 
 
 def job_count(n_jobs: int | None) -> int:
-    """Number of threads meant by ``n_jobs``: all processors this process may use for None or -1."""
+    """Return the number of threads meant by ``n_jobs``: all usable processors for None or -1."""
     if n_jobs is None or n_jobs == -1:
         affinity = getattr(os, "sched_getaffinity", None)
         return len(affinity(0)) if affinity else os.cpu_count() or 1

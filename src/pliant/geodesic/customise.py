@@ -12,10 +12,12 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+import scipy.sparse as sp
 from numpy.typing import NDArray
 
 from .._arrays import FloatArray, IntArray
 from .._kernels import kernel
+from ..errors import MeshError, first_indices
 from .elimination import Elimination, Int32Array
 from .graph import EdgeGraph
 
@@ -51,6 +53,27 @@ class CountedArcs:
     first: Int32Array
     second: Int32Array
     damping: float
+
+
+def fixed_point_lengths(graph: EdgeGraph, components: IntArray) -> Int32Array:
+    """Edge lengths as whole numbers, each component scaled so that no shortest path can overflow."""
+    bad = np.flatnonzero(graph.lengths == 0)
+    if bad.size:
+        message = (
+            f"path counts need every edge to have a length: {bad.size} of {graph.n_edges} have none, first between "
+            f"vertices {first_indices(graph.edges[bad[:3]].ravel(), 6)}; join their ends with "
+            "pliant.merged(mesh, tolerance=0)"
+        )
+        raise MeshError(message)
+    _, seeds = np.unique(components, return_index=True)
+    nearest = sp.csgraph.dijkstra(graph.matrix(), directed=False, indices=seeds, min_only=True)
+    reach = np.zeros(len(seeds))
+    np.maximum.at(reach, components, nearest)
+    # Any shortest path is at most twice an eccentricity; rounding adds at most half a unit an edge.
+    unit = (int(UNREACHED) - 1 - graph.n_vertices) / (2 * np.where(reach > 0, reach, 1.0))
+    scaled = np.rint(graph.lengths * unit[components[graph.edges[:, 0]]])
+    # An edge longer than every path is on none, whatever it is cut to.
+    return scaled.clip(1, int(UNREACHED) - 1).astype(np.int32)
 
 
 def metric_arcs(skeleton: Elimination, graph: EdgeGraph) -> Arcs:
@@ -164,41 +187,40 @@ def _perfect(rows: Any, heads: Any, lengths: Any) -> None:
 @kernel
 def _detours(rows: Any, heads: Any, lengths: Any) -> Any:
     """Every kept arc's tight pairs of lower arcs, those of high middle vertices first."""
-    capacity = max(16, 2 * len(heads))
-    whole = np.empty(capacity, np.int32)
-    first = np.empty(capacity, np.int32)
-    second = np.empty(capacity, np.int32)
+    n = len(rows) - 1
+    found_arcs = np.empty((max(16, 2 * len(heads)), 3), np.int32)
     found = 0
-    for v in range(len(rows) - 2, -1, -1):
-        for i in range(rows[v], rows[v + 1]):
-            a = heads[i]
-            left = lengths[i]
-            j = rows[a]
-            stop = rows[a + 1]
-            for k in range(i + 1, rows[v + 1]):
-                b = heads[k]
-                while j < stop and heads[j] < b:
-                    j += 1
-                if j == stop:
-                    break
-                if heads[j] == b and left + lengths[k] == lengths[j]:
-                    if found == capacity:
-                        capacity *= 2
-                        whole = _grown(whole, capacity)
-                        first = _grown(first, capacity)
-                        second = _grown(second, capacity)
-                    whole[found] = j
-                    first[found] = i
-                    second[found] = k
-                    found += 1
-    return whole[:found].copy(), first[:found].copy(), second[:found].copy()
+    # Row v spread over all ranks: a missing arc is too long to be part of anything.
+    spread = np.full(n, UNREACHED, np.int32)
+    slot = np.empty(n, np.int32)
+    for v in range(n - 1, -1, -1):
+        size = rows[v + 1] - rows[v]
+        if found + size * size > len(found_arcs):
+            larger = np.empty((2 * (found + size * size), 3), np.int32)
+            larger[:found] = found_arcs[:found]
+            found_arcs = larger
+        found = _detours_through(v, rows, heads, lengths, spread, slot, found_arcs, found)
+    return found_arcs[:found, 0].copy(), found_arcs[:found, 1].copy(), found_arcs[:found, 2].copy()
 
 
 @kernel
-def _grown(array: Any, capacity: Any) -> Any:
-    larger = np.empty(capacity, np.int32)
-    larger[: len(array)] = array
-    return larger
+def _detours_through(
+    v: Any, rows: Any, heads: Any, lengths: Any, spread: Any, slot: Any, found_arcs: Any, found: Any
+) -> Any:
+    for k in range(rows[v], rows[v + 1]):
+        spread[heads[k]] = lengths[k]
+        slot[heads[k]] = k
+    for i in range(rows[v], rows[v + 1]):
+        left = lengths[i]
+        for j in range(rows[heads[i]], rows[heads[i] + 1]):
+            if np.int32(left + spread[heads[j]]) == lengths[j]:
+                found_arcs[found, 0] = j
+                found_arcs[found, 1] = i
+                found_arcs[found, 2] = slot[heads[j]]
+                found += 1
+    for k in range(rows[v], rows[v + 1]):
+        spread[heads[k]] = UNREACHED
+    return found
 
 
 @kernel

@@ -44,16 +44,15 @@ class Elimination:
 def eliminate(graph: EdgeGraph, order: IntArray | None = None) -> Elimination:
     """Order the vertices of a graph, unless an order is given, and eliminate them symbolically."""
     n = graph.n_vertices
-    order = _dissection(graph) if order is None else _permutation(order, n)
-    start, neighbours = _adjacency(graph, order)
-    post = _postorder(_elimination_tree(start, neighbours))
-    order = order[post]
-    start, neighbours = _adjacency(graph, order)
+    first_order = _dissection(graph) if order is None else _permutation(order, n)
+    start, neighbours = _adjacency(graph, first_order)
+    final_order = first_order[_postorder(_elimination_tree(start, neighbours))]
+    start, neighbours = _adjacency(graph, final_order)
     parent = _elimination_tree(start, neighbours)
     rows, heads = _rows(start, neighbours, parent)
     rank = np.empty(n, dtype=np.int32)
-    rank[order] = np.arange(n, dtype=np.int32)
-    return Elimination(order, rank, parent, rows, heads)
+    rank[final_order] = np.arange(n, dtype=np.int32)
+    return Elimination(final_order, rank, parent, rows, heads)
 
 
 def _permutation(order: IntArray, n: int) -> Int32Array:

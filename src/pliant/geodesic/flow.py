@@ -1,8 +1,8 @@
 """Betweenness by lanes: count shortest paths on the way down, carry their flow on the way back.
 
 For a source s and a target t of weight W(s, t), every arc on a shortest path between them receives its share of W.
-Only arcs that are tight in some lane are looked at twice. Rows in which every lane has exactly one shortest path
-("plain" rows, nearly all of them on a generic mesh) neither store nor load path counts.
+(Brandes 2001.) What a lane, a climb and a plain row are is said in :mod:`pliant.geodesic.sweeps` and
+:mod:`pliant.geodesic.counting`.
 """
 
 from __future__ import annotations
@@ -15,7 +15,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .._arrays import FloatArray
-from .._kernels import kernel, summing_kernel
+from .._kernels import inlined_kernel, summing_kernel
+from .counting import climb_counting, descend_counting
 from .customise import UNREACHED, CountedArcs
 from .elimination import Elimination
 from .sweeps import LANES, ancestors_of, forget
@@ -25,239 +26,94 @@ LARGEST_COUNT = 1e200
 
 
 class _Workspace:
-    """What one thread needs to sweep: labels, counts and dependencies over (vertex, lane)."""
+    """What one thread needs to sweep: labels, counts and dependencies over (vertex, lane).
 
-    def __init__(self, n_vertices: int, n_arcs: int) -> None:
-        self.distance = np.empty((n_vertices, LANES), dtype=np.int32)
-        self.count = np.empty((n_vertices, LANES))
-        self.dependency = np.empty((n_vertices, LANES))
-        self.plain = np.empty(n_vertices, dtype=np.bool_)
-        self.tight = np.empty(n_arcs, dtype=np.int32)
-        self.tight_from = np.empty(n_vertices, dtype=np.int64)
-        self.tight_to = np.empty(n_vertices, dtype=np.int64)
-        self.place = np.full(n_vertices, -1, dtype=np.int32)
-        self.found = np.empty(n_vertices, dtype=np.int32)
+    Its copy of the arcs is reordered as it goes: row v starts with those that were tight in the last sweep, up to
+    ``tight_to[v]``.
+    """
+
+    def __init__(self, arcs: CountedArcs) -> None:
+        n = len(arcs.rows) - 1
+        self.distance = np.empty((n, LANES), dtype=np.int32)
+        self.count = np.empty((n, LANES))
+        self.dependency = np.zeros((n, LANES))
+        self.plain = np.empty(n, dtype=np.bool_)
+        self.numbers = np.empty(len(arcs.heads), dtype=np.int32)
+        self.heads = np.empty_like(arcs.heads)
+        self.lengths = np.empty_like(arcs.lengths)
+        self.tight_to = np.empty(n, dtype=np.int64)
+        self.tight_climb = np.empty(len(arcs.heads), dtype=np.int32)
+        self.tight_climb_to = np.empty(n, dtype=np.int64)
+        self.place = np.full(n, -1, dtype=np.int32)
+        self.found = np.empty(n, dtype=np.int32)
+
+    def reset(self, arcs: CountedArcs) -> None:
+        """Forget what earlier sweeps did, so that the next result does not depend on them to the last bit."""
+        self.numbers[:] = np.arange(len(arcs.heads))
+        self.heads[:] = arcs.heads
+        self.lengths[:] = arcs.lengths
+        self.tight_to[:] = arcs.rows[:-1]
+        self.dependency[:] = 0.0
 
 
 class FlowJob:
     """Callable for threads: the flow on every arc from a list of source batches, None on overflow.
 
     ``forth`` and ``back`` are source and target weights by rank. With ``both_ways`` every vertex is a source once,
-    each pair is met from its lower rank only, and the sweep down stops there: half the work.
+    each pair is met from its lower rank only, and the sweep down stops there: half the work. Neighbouring
+    batches should follow one another: the shortest paths of one guide the next.
     """
 
     def __init__(
-        self, skeleton: Elimination, arcs: CountedArcs, forth: FloatArray, back: FloatArray, *, both_ways: bool
+        self,
+        skeleton: Elimination,
+        arcs: CountedArcs,
+        forth: FloatArray,
+        back: FloatArray,
+        *,
+        both_ways: bool,
     ) -> None:
-        self.skeleton, self.arcs = skeleton, arcs
+        self.parent, self.arcs = skeleton.parent, arcs
         self.forth, self.back, self.both_ways = forth, back, both_ways
         self._idle: SimpleQueue[_Workspace] = SimpleQueue()
 
     def __call__(self, lanes: Sequence[NDArray[Any]]) -> FloatArray | None:
+        """Sweep each batch of sources (ranks, at most one a lane) and add up the flow."""
         flow = np.zeros(len(self.arcs.heads))
-        space = self._workspace()
+        try:
+            space = self._idle.get_nowait()
+        except Empty:
+            space = _Workspace(self.arcs)
+        space.reset(self.arcs)
         fine = all(self._sweep(sources, space, flow) for sources in lanes)
         self._idle.put(space)
         return flow if fine else None
 
-    def _workspace(self) -> _Workspace:
-        try:
-            return self._idle.get_nowait()
-        except Empty:
-            return _Workspace(len(self.skeleton.order), len(self.arcs.heads))
-
     def _sweep(self, sources: NDArray[Any], w: _Workspace, flow: FloatArray) -> bool:
-        arcs = self.arcs
-        shape = (arcs.rows, arcs.heads, arcs.lengths, arcs.counts)
+        arcs, place = self.arcs, w.place
         lowest = int(sources.min()) if self.both_ways else 0
         lane_sources = np.full(LANES, -1, dtype=np.int64)
         lane_sources[: len(sources)] = sources
-        listed = ancestors_of(sources, self.skeleton.parent, w.place, w.found)
-        climbed = np.full((len(listed), LANES), UNREACHED, dtype=np.int32)
-        climbed_count = np.zeros((len(listed), LANES))
-        climbed_flow = np.zeros((len(listed), LANES))
-        own = (w.place[sources], np.arange(len(sources)))
-        climbed[own], climbed_count[own] = 0, 1.0
-        climb_counting(listed, w.place, *shape, climbed, climbed_count)
-        labels = (w.distance, w.count, w.dependency, w.plain, w.tight, w.tight_from, w.tight_to)
-        largest = descend_counting(lowest, w.place, *shape, climbed, climbed_count, *labels)
+        listed = ancestors_of(sources, self.parent, place, w.found)
+        label = np.full((len(listed), LANES), UNREACHED, dtype=np.int32)
+        ways = np.zeros((len(listed), LANES))
+        waiting = np.zeros((len(listed), LANES))
+        own = (place[sources], np.arange(len(sources)))
+        label[own], ways[own] = 0, 1.0
+
+        fixed = (arcs.heads, arcs.lengths, arcs.counts)
+        climb_tight = (w.tight_climb, w.tight_climb_to)
+        state = (w.numbers, w.heads, w.lengths, w.tight_to, arcs.counts, w.distance, w.count, w.plain)
+        climb_counting(listed, place, arcs.rows, *fixed, label, ways, *climb_tight)
+        largest = descend_counting(lowest, place, arcs.rows, label, ways, *state)
         fine = bool(largest < LARGEST_COUNT)
         if fine:
             weights = (self.both_ways, self.forth, self.back)
-            carry_back(
-                lowest, int(sources.max()), lane_sources, *weights, w.place, *shape[1:], climbed, climbed_flow,
-                *labels, flow,
-            )
-            carry_down_climb(listed, w.place, *shape, climbed, climbed_count, climbed_flow, flow)
-        forget(listed, w.place)
+            bounds = (lowest, int(sources.max()), lane_sources)
+            carry_back(*bounds, *weights, place, arcs.rows, label, waiting, *state, w.dependency, flow)
+            carry_down_climb(listed, place, *fixed, label, ways, waiting, *climb_tight, flow)
+        forget(listed, place)
         return fine
-
-
-@kernel
-def climb_counting(
-    listed: Any, place: Any, rows: Any, heads: Any, lengths: Any, counts: Any, label: Any, count: Any
-) -> None:
-    """Distances and numbers of shortest paths over upward paths only."""
-    for i in range(len(listed)):
-        v = listed[i]
-        for arc in range(rows[v], rows[v + 1]):
-            above = place[heads[arc]]
-            length = lengths[arc]
-            share = counts[arc]
-            for lane in range(LANES):
-                reach = np.int32(label[i, lane] + length)
-                gain = count[i, lane] * share
-                best = label[above, lane]
-                kept = count[above, lane] if best <= reach else 0.0
-                count[above, lane] = kept + (gain if reach <= best and reach < UNREACHED else 0.0)
-                label[above, lane] = min(best, reach)
-
-
-@kernel
-def descend_counting(
-    lowest: Any,
-    place: Any,
-    rows: Any,
-    heads: Any,
-    lengths: Any,
-    counts: Any,
-    climbed: Any,
-    climbed_count: Any,
-    distance: Any,
-    count: Any,
-    dependency: Any,
-    plain: Any,
-    tight: Any,
-    tight_from: Any,
-    tight_to: Any,
-) -> Any:
-    """Label all ranks from the highest to ``lowest``; note tight arcs, count paths where there are several.
-
-    Returns the largest path count met, infinite or NaN on overflow.
-    """
-    filled = 0
-    largest = 1.0
-    for v in range(len(rows) - 2, lowest - 1, -1):
-        at = place[v]
-        for lane in range(LANES):
-            distance[v, lane] = climbed[at, lane] if at >= 0 else UNREACHED
-            dependency[v, lane] = 0.0
-        _relax_fixed(v, rows, heads, lengths, distance)
-        tight_from[v] = filled
-        filled, alone = _note_tight(v, at, rows, heads, lengths, counts, climbed, distance, plain, tight, filled)
-        tight_to[v] = filled
-        if alone and at >= 0:
-            for lane in range(LANES):
-                alone &= climbed[at, lane] > distance[v, lane] or climbed_count[at, lane] == 1.0 or (
-                    climbed[at, lane] >= UNREACHED
-                )
-        plain[v] = alone
-        if not alone:
-            _count_paths(
-                v, at, tight_from[v], filled, heads, lengths, counts, climbed, climbed_count, distance, count, plain, tight
-            )
-            for lane in range(LANES):
-                largest = max(largest, count[v, lane])
-                if not count[v, lane] < np.inf:
-                    return np.inf
-    return largest
-
-
-@kernel
-def _relax_fixed(v: Any, rows: Any, heads: Any, lengths: Any, distance: Any) -> None:
-    """Shorten the labels of a vertex, four arcs at a time; sums stay in 32 bits, as wide vectors need."""
-    arc = rows[v]
-    stop = rows[v + 1]
-    while arc + 4 <= stop:
-        u0, u1, u2, u3 = heads[arc], heads[arc + 1], heads[arc + 2], heads[arc + 3]
-        l0, l1, l2, l3 = lengths[arc], lengths[arc + 1], lengths[arc + 2], lengths[arc + 3]
-        for lane in range(LANES):
-            d0 = np.int32(distance[u0, lane] + l0)
-            d1 = np.int32(distance[u1, lane] + l1)
-            d2 = np.int32(distance[u2, lane] + l2)
-            d3 = np.int32(distance[u3, lane] + l3)
-            distance[v, lane] = min(distance[v, lane], min(min(d0, d1), min(d2, d3)))
-        arc += 4
-    while arc < stop:
-        u0 = heads[arc]
-        l0 = lengths[arc]
-        for lane in range(LANES):
-            distance[v, lane] = min(distance[v, lane], np.int32(distance[u0, lane] + l0))
-        arc += 1
-
-
-@kernel
-def _note_tight(
-    v: Any,
-    at: Any,
-    rows: Any,
-    heads: Any,
-    lengths: Any,
-    counts: Any,
-    climbed: Any,
-    distance: Any,
-    plain: Any,
-    tight: Any,
-    filled: Any,
-) -> Any:
-    """List the arcs that end a shortest path in some lane; say whether each lane has just one path."""
-    ways = np.int32(0)
-    reached = np.int32(0)
-    for lane in range(LANES):
-        reached += np.int32(distance[v, lane] < UNREACHED)
-    if at >= 0:
-        for lane in range(LANES):
-            ways += np.int32(climbed[at, lane] == distance[v, lane] and distance[v, lane] < UNREACHED)
-    alone = True
-    for arc in range(rows[v], rows[v + 1]):
-        u = heads[arc]
-        length = lengths[arc]
-        hits = np.int32(0)
-        for lane in range(LANES):
-            hits += np.int32(np.int32(distance[u, lane] + length) == distance[v, lane])
-        if hits:
-            tight[filled] = arc
-            filled += 1
-            ways += hits
-            alone &= plain[u] and counts[arc] == 1.0
-    return filled, alone and ways == reached
-
-
-@kernel
-def _count_paths(
-    v: Any,
-    at: Any,
-    start: Any,
-    stop: Any,
-    heads: Any,
-    lengths: Any,
-    counts: Any,
-    climbed: Any,
-    climbed_count: Any,
-    distance: Any,
-    count: Any,
-    plain: Any,
-    tight: Any,
-) -> None:
-    for lane in range(LANES):
-        count[v, lane] = 0.0
-    if at >= 0:
-        for lane in range(LANES):
-            if climbed[at, lane] == distance[v, lane]:
-                count[v, lane] = climbed_count[at, lane]
-    for t in range(start, stop):
-        arc = tight[t]
-        u = heads[arc]
-        length = lengths[arc]
-        share = counts[arc]
-        if plain[u]:
-            for lane in range(LANES):
-                if np.int32(distance[u, lane] + length) == distance[v, lane]:
-                    count[v, lane] += share
-        else:
-            for lane in range(LANES):
-                if np.int32(distance[u, lane] + length) == distance[v, lane]:
-                    count[v, lane] += share * count[u, lane]
 
 
 @summing_kernel
@@ -269,23 +125,24 @@ def carry_back(
     source_weights: Any,
     target_weights: Any,
     place: Any,
-    heads: Any,
-    lengths: Any,
-    counts: Any,
+    rows: Any,
     climbed: Any,
     climbed_flow: Any,
+    numbers: Any,
+    heads: Any,
+    lengths: Any,
+    tight_to: Any,
+    counts: Any,
     distance: Any,
     count: Any,
-    dependency: Any,
     plain: Any,
-    tight: Any,
-    tight_from: Any,
-    tight_to: Any,
+    dependency: Any,
     flow: Any,
 ) -> None:
     """Send each target's weight towards its source along tight arcs; what reaches a climb waits there.
 
     With ``both_ways`` a pair is met once, from its lower rank, and carries both directions' weight.
+    Dependencies are 0 on entry and are left so.
     """
     forth = np.zeros(LANES)
     back = np.zeros(LANES)
@@ -305,39 +162,50 @@ def carry_back(
             for lane in range(LANES):
                 if v == sources[lane] or (both_ways and v < sources[lane]):
                     due[lane] = 0.0
-        if plain[v]:
+        if not plain[v]:
             for lane in range(LANES):
-                dependency[v, lane] += due[lane]
-        else:
+                due[lane] = due[lane] / count[v, lane] if count[v, lane] > 0.0 else 0.0
+        first, tight, at = rows[v], tight_to[v], place[v]
+        if at < 0 and tight - first == 1 and plain[v]:
+            u = heads[first]
+            total = 0.0
             for lane in range(LANES):
-                if count[v, lane] > 0.0:
-                    dependency[v, lane] += due[lane] / count[v, lane]
-        for t in range(tight_from[v], tight_to[v]):
-            arc = tight[t]
-            flow[arc] += _push(v, heads[arc], lengths[arc], counts[arc], distance, count, dependency, plain)
-        at = place[v]
+                moved = dependency[v, lane] + due[lane]
+                dependency[u, lane] += moved
+                dependency[v, lane] = 0.0
+                total += moved
+            flow[numbers[first]] += total
+            continue
+        for lane in range(LANES):
+            due[lane] += dependency[v, lane]
+            dependency[v, lane] = 0.0
+        for arc in range(first, tight):
+            number = numbers[arc]
+            flow[number] += _push(
+                v, heads[arc], lengths[arc], counts[number], due, distance, count, plain, dependency
+            )
         if at >= 0:
             for lane in range(LANES):
                 apex = climbed[at, lane] == distance[v, lane] and distance[v, lane] < UNREACHED
-                climbed_flow[at, lane] = dependency[v, lane] if apex else 0.0
+                climbed_flow[at, lane] = due[lane] if apex else 0.0
 
 
-@summing_kernel
+@inlined_kernel
 def _push(
-    v: Any, u: Any, length: Any, share: Any, distance: Any, count: Any, dependency: Any, plain: Any
+    v: Any, u: Any, length: Any, share: Any, due: Any, distance: Any, count: Any, plain: Any, dependency: Any
 ) -> Any:
-    """Move the dependency of v on to u in the lanes where their arc is tight; return the flow it carries."""
+    """Move what is due at v on to u in the lanes where their arc is tight; return the flow it carries."""
     total = 0.0
     if plain[u]:
         for lane in range(LANES):
             tight = np.int32(distance[u, lane] + length) == distance[v, lane]
-            moved = dependency[v, lane] * share if tight else 0.0
+            moved = due[lane] * share if tight else 0.0
             dependency[u, lane] += moved
             total += moved
     else:
         for lane in range(LANES):
             tight = np.int32(distance[u, lane] + length) == distance[v, lane]
-            moved = dependency[v, lane] * share if tight else 0.0
+            moved = due[lane] * share if tight else 0.0
             dependency[u, lane] += moved
             total += moved * count[u, lane] if tight else 0.0
     return total
@@ -347,27 +215,27 @@ def _push(
 def carry_down_climb(
     listed: Any,
     place: Any,
-    rows: Any,
     heads: Any,
     lengths: Any,
     counts: Any,
     climbed: Any,
     climbed_count: Any,
     climbed_flow: Any,
+    tight: Any,
+    tight_to: Any,
     flow: Any,
 ) -> None:
     """Bring the flow that waits at the tops of the climbs down to the sources."""
     for i in range(len(listed) - 1, -1, -1):
-        v = listed[i]
-        for arc in range(rows[v], rows[v + 1]):
+        for t in range(tight_to[i - 1] if i else 0, tight_to[i]):
+            arc = tight[t]
             above = place[heads[arc]]
             length = lengths[arc]
             share = counts[arc]
             total = 0.0
             for lane in range(LANES):
                 reach = np.int32(climbed[i, lane] + length)
-                tight = reach == climbed[above, lane] and reach < UNREACHED
-                moved = climbed_flow[above, lane] * share if tight else 0.0
+                moved = climbed_flow[above, lane] * share if reach == climbed[above, lane] else 0.0
                 climbed_flow[i, lane] += moved
                 total += moved * climbed_count[i, lane]
             flow[arc] += total

@@ -125,11 +125,11 @@ def as_graph(source: Mesh | EdgeGraph | sp.sparray, kind: GraphKind = "edges") -
     if isinstance(source, Mesh):
         return edge_graph(source, kind)
     if sp.issparse(source):
-        upper = sp.coo_array(source)
+        upper = source.tocoo()
         if upper.shape[0] != upper.shape[1]:
             message = f"a matrix of edge lengths must be square, got {upper.shape}"
             raise InputError(message)
-        return EdgeGraph(upper.shape[0], np.column_stack([upper.row, upper.col]), upper.data)
+        return EdgeGraph(upper.shape[0], np.column_stack(upper.coords), upper.data)
     message = f"expected a Mesh, an EdgeGraph or a sparse matrix of lengths, got {type(source).__name__}"
     raise InputError(message)
 
@@ -178,7 +178,7 @@ def _unfolded_diagonals(mesh: Mesh) -> tuple[IntArray, FloatArray]:
 
 
 def _neighbouring_pairs(mesh: Mesh) -> tuple[IntArray, IntArray, IntArray]:
-    """Ends of each edge that exactly two triangles share, and the two corners across it."""
+    """List the ends of each edge that exactly two triangles share, and the two corners across it."""
     faces = mesh.faces
     faces = faces[(faces != np.roll(faces, 1, axis=1)).all(axis=1)]
     ends = np.sort(faces[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2), axis=1)
@@ -198,22 +198,6 @@ def _in_plane(
     along = np.einsum("ij,ij->i", corner - a, b - a) / base
     height = np.linalg.norm(np.cross(b - a, corner - a).reshape(-1, 3), axis=1) / base
     return along, height
-
-
-def lengths_matrix(source: Mesh | EdgeGraph, kind: GraphKind = "edges") -> sp.csr_array[np.float64]:
-    """Return the sparse matrix of edge lengths of a mesh or graph."""
-    return as_graph(source, kind).matrix()
-
-
-def zero_length_message(graph: EdgeGraph) -> str | None:
-    """Say how many edges have no length, or None; path counts need every edge to be longer than 0."""
-    bad = np.flatnonzero(graph.lengths == 0)
-    if not bad.size:
-        return None
-    return (
-        f"{bad.size} of {graph.n_edges} edges have zero length, first between vertices "
-        f"{first_indices(graph.edges[bad[:3]].ravel(), 6)}; join their ends with pliant.merged(mesh, tolerance=0)"
-    )
 
 
 def component_labels(graph: EdgeGraph) -> tuple[int, IntArray]:

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import itertools
 import os
 import tempfile
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from functools import cached_property
 from pathlib import Path
 
@@ -14,15 +15,18 @@ from numpy.typing import ArrayLike
 
 from .._arrays import FloatArray, IntArray, frozen, vertex_indices
 from .._parallel import ordered_map
-from ..errors import FileFormatError, InputError, MeshError, NumericalError
+from ..errors import FileFormatError, InputError, NumericalError
 from ..mesh import Mesh
-from .customise import UNREACHED, Arcs, CountedArcs, counted_arcs, metric_arcs, unpack
+from .customise import UNREACHED, Arcs, CountedArcs, counted_arcs, fixed_point_lengths, metric_arcs, unpack
 from .elimination import Int32Array, eliminate
 from .flow import FlowJob
-from .graph import EdgeGraph, GraphKind, as_graph, as_weights, component_labels, zero_length_message
-from .sweeps import LANES, batches, sweep_metric
+from .graph import EdgeGraph, GraphKind, as_graph, as_weights, component_labels
+from .plain import plain_edge_flow
+from .sweeps import batches, sweep_metric
 
 FORMAT = "pliant-geodesic-hierarchy-1"
+# Smaller graphs are solved plainly: compiling the sweeps would take longer.
+SMALLEST_SWEPT = 128
 # Flows are summed in this many fixed parts, so that the result does not depend on the number of threads.
 PARTS = 32
 # Bits of damping tried in turn, over the longest path, when numbers of shortest paths leave float64.
@@ -73,6 +77,11 @@ class GeodesicHierarchy:
         """Number of vertices."""
         return self.graph.n_vertices
 
+    @property
+    def order(self) -> IntArray:
+        """(n,) vertices in the order of elimination; neighbours on the surface are mostly near in it."""
+        return self._skeleton.order.astype(np.int64)
+
     @cached_property
     def components(self) -> IntArray:
         """(n,) number of the connected component of each vertex."""
@@ -88,20 +97,7 @@ class GeodesicHierarchy:
 
     @cached_property
     def _fixed_lengths(self) -> Int32Array:
-        """Edge lengths as whole numbers, each component scaled so that no path can overflow."""
-        message = zero_length_message(self.graph)
-        if message:
-            raise MeshError(f"path counts need every edge to have a length: {message}")
-        count = int(self.components.max()) + 1
-        _, seeds = np.unique(self.components, return_index=True)
-        reach = np.zeros(count)
-        for lanes in batches(self._skeleton.rank[seeds]):
-            found = sweep_metric(self._skeleton, self._metric, lanes)
-            np.maximum.at(reach, self.components, np.where(np.isfinite(found), found, 0.0).max(axis=0))
-        # Any shortest path is at most twice an eccentricity; rounding adds at most half a unit an edge.
-        unit = (int(UNREACHED) - 1 - self.n_vertices) / np.maximum(2 * reach, np.finfo(float).tiny)
-        scaled = np.rint(self.graph.lengths * unit[self.components[self.graph.edges[:, 0]]])
-        return np.maximum(scaled, 1).clip(max=int(UNREACHED) - 1).astype(np.int32)
+        return fixed_point_lengths(self.graph, self.components)
 
     def distances(
         self,
@@ -141,10 +137,14 @@ class GeodesicHierarchy:
         About 0.1 ms a source at 40,000 vertices on one core.
         """
         wanted = vertex_indices(sources, self.n_vertices, "sources")
-        limit = _checked_limit(max_distance)
+        limit = checked_limit(max_distance)
         result = np.empty((len(wanted), self.n_vertices))
         ranks = self._skeleton.rank[wanted]
         by_rank = np.argsort(ranks, kind="stable")
+        if self.n_vertices < SMALLEST_SWEPT:
+            found = np.atleast_2d(sp.csgraph.dijkstra(self.graph.matrix(), directed=False, indices=wanted))
+            found[found > limit] = np.inf
+            return found.reshape(len(wanted), self.n_vertices)
         skeleton, arcs = self._skeleton, self._metric
 
         def solve(places: IntArray) -> None:
@@ -233,12 +233,10 @@ class GeodesicHierarchy:
         ----------
         Brandes, A faster algorithm for betweenness centrality, 2001.
         """
-        return self._vertex_flow(
-            self.edge_flow(source_weights, target_weights, sources=sources, n_jobs=n_jobs, progress=progress),
-            as_weights(source_weights, self.n_vertices, "source_weights"),
-            as_weights(target_weights, self.n_vertices, "target_weights"),
-            None if sources is None else vertex_indices(sources, self.n_vertices, "sources"),
-        )
+        forth = as_weights(source_weights, self.n_vertices, "source_weights")
+        back = as_weights(target_weights, self.n_vertices, "target_weights")
+        chosen = None if sources is None else vertex_indices(sources, self.n_vertices, "sources")
+        return self._vertex_flow(self._flows([chosen], forth, back, n_jobs, progress)[0], forth, back, chosen)
 
     def edge_flow(
         self,
@@ -256,11 +254,55 @@ class GeodesicHierarchy:
         forth = as_weights(source_weights, self.n_vertices, "source_weights")
         back = as_weights(target_weights, self.n_vertices, "target_weights")
         chosen = None if sources is None else vertex_indices(sources, self.n_vertices, "sources")
+        return self._flows([chosen], forth, back, n_jobs, progress)[0]
+
+    def betweenness_of_groups(
+        self,
+        groups: Sequence[ArrayLike],
+        source_weights: ArrayLike | None = None,
+        target_weights: ArrayLike | None = None,
+        *,
+        n_jobs: int | None = None,
+        progress: bool = False,
+    ) -> list[FloatArray]:
+        """:meth:`betweenness` of several groups of sources, each by itself, as sampling needs it.
+
+        Parameters
+        ----------
+        groups : sequence of (s,) array_like of int
+            The sources of each group.
+        source_weights, target_weights, n_jobs, progress
+            As in :meth:`betweenness`.
+
+        Returns
+        -------
+        list of (n,) array of float64
+        """
+        forth = as_weights(source_weights, self.n_vertices, "source_weights")
+        back = as_weights(target_weights, self.n_vertices, "target_weights")
+        chosen = [vertex_indices(group, self.n_vertices, "sources") for group in groups]
+        flows = self._flows(chosen, forth, back, n_jobs, progress)
+        return [self._vertex_flow(f, forth, back, group) for f, group in zip(flows, chosen, strict=True)]
+
+    def _flows(
+        self,
+        groups: Sequence[IntArray | None],
+        forth: FloatArray,
+        back: FloatArray,
+        n_jobs: int | None,
+        progress: bool,
+    ) -> list[FloatArray]:
+        """Edge flow of each group of sources; None stands for every vertex."""
+        lengths = self._fixed_lengths
+        if self.n_vertices < SMALLEST_SWEPT:
+            everyone = np.arange(self.n_vertices)
+            chosen = [everyone if group is None else group for group in groups]
+            return [plain_edge_flow(self.graph, lengths, forth, back, group) for group in chosen]
         for bits in DAMPING_BITS:
             arcs = self._counted if bits == 0 else self._damped(bits)
-            total = self._arc_flow(arcs, forth, back, chosen, n_jobs, progress)
-            if total is not None:
-                return self._unpacked(arcs, total)
+            found = [self._arc_flow(arcs, forth, back, group, n_jobs, progress) for group in groups]
+            if all(flow is not None for flow in found):
+                return [self._unpacked(arcs, flow) for flow in found if flow is not None]
         raise NumericalError(
             "more shortest paths between two vertices than float64 can count, even damped; perturb the vertices "
             "slightly so that fewer paths tie"
@@ -286,8 +328,9 @@ class GeodesicHierarchy:
         job = FlowJob(self._skeleton, arcs, forth[order], back[order], both_ways=sources is None)
         ranks = np.arange(self.n_vertices) if sources is None else np.sort(self._skeleton.rank[sources])
         lanes = batches(ranks)
-        # Interleaved, so that every part has its share of the long sweeps.
-        parts = [lanes[i::PARTS] for i in range(min(PARTS, len(lanes)))]
+        # Runs of neighbouring sources, whose shortest paths are alike; the longest sweeps come first.
+        cuts = np.linspace(0, len(lanes), min(PARTS, len(lanes)) + 1).astype(int)
+        parts = [lanes[a:b] for a, b in itertools.pairwise(cuts)]
         total = np.zeros(len(arcs.heads))
         for part in ordered_map(job, parts, n_jobs, description="shortest paths", progress=progress):
             if part is None:
@@ -367,7 +410,8 @@ class GeodesicHierarchy:
         return self
 
 
-def _checked_limit(max_distance: float | None) -> float:
+def checked_limit(max_distance: float | None) -> float:
+    """Take None to no limit, and refuse what is negative or NaN."""
     if max_distance is None:
         return np.inf
     if not max_distance >= 0:

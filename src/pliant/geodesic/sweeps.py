@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .._arrays import FloatArray
-from .._kernels import kernel
+from .._kernels import inlined_kernel, kernel
 from .customise import Arcs
 from .elimination import Elimination
 
@@ -92,7 +92,7 @@ def descend(place: Any, rows: Any, heads: Any, lengths: Any, climbed: Any, dista
         relax(v, rows, heads, lengths, distance)
 
 
-@kernel
+@inlined_kernel
 def relax(v: Any, rows: Any, heads: Any, lengths: Any, distance: Any) -> None:
     """Shorten the labels of a vertex over all its arcs, four at a time to save passes over its row."""
     arc = rows[v]
