@@ -23,7 +23,7 @@ SINGLE = (".gii", ".surf.gii", ".white", ".pial.gz")
 
 
 @pytest.fixture
-def put(tmp_path: Path):  # noqa: ANN201
+def put(tmp_path: Path):
     def write(name: str, data: bytes | str) -> Path:
         path = tmp_path / name
         path.write_bytes(data if isinstance(data, bytes) else data.encode())

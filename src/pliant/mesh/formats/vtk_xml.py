@@ -121,9 +121,6 @@ class _Document:
             self._order + ("u8" if root.attributes.get("header_type") == "UInt64" else "u4")
         )
         self._compressor = root.attributes.get("compressor", "")
-        if self._compressor not in ("", _ZLIB, _LZMA):
-            message = f"data compressed with {self._compressor} are not read; save the file with zlib"
-            raise FileFormatError(message)
         block = root.first("AppendedData")
         self._raw = block is not None and block.attributes.get("encoding") == "raw"
         kind = root.attributes.get("type", "")
@@ -220,6 +217,9 @@ class _Document:
 
     def _unpacked(self, stream: bytes) -> bytes:
         size = self._header.itemsize
+        if self._compressor not in ("", _ZLIB, _LZMA):
+            message = f"data compressed with {self._compressor} are not read; save the file with zlib"
+            raise FileFormatError(message)
         claimed("header words", 1, size, len(stream))
         first = int(np.frombuffer(stream, dtype=self._header, count=1)[0])
         if not self._compressor:
