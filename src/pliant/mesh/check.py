@@ -141,7 +141,7 @@ def check_up(mesh: Mesh) -> CheckUp:
 
     Notes
     -----
-    Sorting dominates: 0.6 s for 150,000 vertices. Self-intersections are not looked for. The unit is a
+    Sorting dominates: about a second for 150,000 vertices. Self-intersections are not looked for. The unit is a
     guess that takes the mesh for an organ; it says so.
 
     Examples
