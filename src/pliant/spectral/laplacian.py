@@ -235,7 +235,7 @@ def cotan_laplacian(
     i, j = corners[:, [1, 2, 0]].ravel(), corners[:, [2, 0, 1]].ravel()
     weights = symmetric_matrix(i, j, half.ravel(), n)
     stiffness = as_csr(diagonal_matrix(row_sums(weights)) - weights)
-    third = np.bincount(corners.ravel(), weights=np.repeat(areas / 3, 3), minlength=n)
+    third = np.bincount(corners.ravel(), weights=np.repeat(areas / 3, 3), minlength=n).astype(np.float64)
     loose = np.flatnonzero(third == 0)
     if loose.size:
         raise MeshError(_loose_message(loose, n))
