@@ -150,7 +150,7 @@ def test_the_document_is_the_same_twice(sphere):
 def test_pages_are_written_whole(tmp_path, page):
     target = write_page(tmp_path / "page.html", page)
     assert target.read_text(encoding="utf-8") == page
-    with pytest.raises(OSError, match="absent"):
+    with pytest.raises(InputError, match="absent"):
         write_page(tmp_path / "absent" / "page.html", page)
     assert [path.name for path in tmp_path.iterdir()] == ["page.html"]
 

@@ -21,6 +21,7 @@ from numpy.typing import ArrayLike, NDArray
 from .._arrays import FloatArray, as_floats
 from ..errors import InputError
 from ..mesh import Mesh
+from ..mesh.formats import write_atomically
 from .colours import COLOUR_MAPS, MISSING, ColourMap, colour_table, robust_limits
 from .render import Axis, Direction, camera
 
@@ -136,16 +137,11 @@ def write_page(path: str | Path, html: str) -> Path:
 
     Raises
     ------
-    OSError
+    InputError
         If the file cannot be written.
     """
     target = Path(path)
-    draft = target.with_name(target.name + ".part")
-    try:
-        draft.write_text(html, encoding="utf-8")
-        draft.replace(target)
-    finally:
-        draft.unlink(missing_ok=True)
+    write_atomically(target, html.encode("utf-8"))
     return target
 
 

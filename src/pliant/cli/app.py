@@ -1,0 +1,40 @@
+"""The application: its commands, and the options of the program itself."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+import typer
+
+from .demo import demo
+from .field import field
+from .inspect import inspect
+
+app = typer.Typer(
+    name="pliant",
+    help="Geometry of shapes that bend. Each command is one function of the library.",
+    epilog="Exit codes: 0 done, 2 bad usage, 3 bad input, 130 interrupted.",
+    no_args_is_help=True,
+    pretty_exceptions_enable=False,
+    context_settings={"help_option_names": ["-h", "--help"]},
+)
+app.command()(demo)
+app.command()(inspect)
+app.command()(field)
+
+
+def _print_version(wanted: bool) -> None:
+    if wanted:
+        from .. import __version__
+
+        typer.echo(f"pliant {__version__}")
+        raise typer.Exit
+
+
+@app.callback()
+def _program(
+    version: Annotated[
+        bool, typer.Option("--version", callback=_print_version, is_eager=True, help="Print the version.")
+    ] = False,
+) -> None:
+    """Geometry of shapes that bend. Each command is one function of the library."""

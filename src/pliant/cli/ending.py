@@ -1,0 +1,48 @@
+"""How a command ends: exit codes, and one line on standard error."""
+
+from __future__ import annotations
+
+import os
+import sys
+import warnings
+from typing import TextIO
+
+from ..errors import PliantError, PliantWarning
+
+BAD_INPUT, INTERRUPTED, BROKEN_PIPE = 3, 130, 141
+
+
+def complain(kind: str, text: str) -> None:
+    """Write one line to standard error."""
+    sys.stderr.write(f"pliant: {kind}: {' '.join(text.split())}\n")
+
+
+def explanation(error: BaseException) -> str:
+    """Say what an exception means to someone at a shell."""
+    if isinstance(error, MemoryError):
+        return f"not enough memory: {error}" if str(error) else "not enough memory"
+    if isinstance(error, OSError) and not isinstance(error, PliantError) and error.strerror:
+        return f"{error.filename}: {error.strerror}" if error.filename is not None else error.strerror
+    return str(error)
+
+
+def show_warning(
+    message: Warning | str,
+    category: type[Warning],
+    filename: str,
+    lineno: int,
+    file: TextIO | None = None,
+    line: str | None = None,
+) -> None:
+    """Write Pliant's warnings as one line and others as Python does; takes ``warnings.showwarning``'s place."""
+    if issubclass(category, PliantWarning):
+        complain("warning", str(message))
+    else:
+        (file or sys.stderr).write(warnings.formatwarning(message, category, filename, lineno, line))
+
+
+def abandon_output() -> int:
+    """Let go of a standard output that nobody reads, and return the exit code for it."""
+    # What is still buffered would fail again when the interpreter ends.
+    os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+    return BROKEN_PIPE

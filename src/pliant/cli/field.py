@@ -1,0 +1,154 @@
+"""``pliant field``: the geodesic field estimate of a mesh."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+import typer
+
+from .measure import Measurement, measure
+from .output import folder_checked, report_findings, say, say_json, with_ending
+
+
+def _values_file(path: Path | None) -> Path | None:
+    """Refuse a file that cannot hold per-vertex arrays, before the work and not after it."""
+    from ..errors import InputError
+    from ..mesh.formats import for_writing
+
+    name = "" if path is None else path.name.lower()
+    if name and not name.endswith((".npz", ".gii", ".gii.gz")):
+        try:
+            able = for_writing(name).holds_arrays
+        except InputError as error:
+            raise typer.BadParameter(str(error)) from error
+        if not able:
+            message = f"{path}: this format holds no values; use .npz, .ply, .vtp or .func.gii"
+            raise typer.BadParameter(message)
+    return folder_checked(path)
+
+
+def _figure_file(path: Path | None) -> Path | None:
+    return with_ending(path, (".png", ".pdf", ".svg", ".jpg"))
+
+
+def _page_file(path: Path | None) -> Path | None:
+    return with_ending(path, (".html", ".htm"))
+
+
+MeshFile = Annotated[Path, typer.Argument(metavar="MESH", help="A mesh file of any known format.")]
+Out = Annotated[
+    Path | None,
+    typer.Option(
+        "--out",
+        "-o",
+        metavar="OUT",
+        callback=_values_file,
+        help="Write the values: .npz, .ply, .vtp, .func.gii.",
+    ),
+]
+Figure = Annotated[
+    Path | None,
+    typer.Option(metavar="FILE", callback=_figure_file, help="Write a picture: .png, .pdf, .svg, .jpg."),
+]
+Page = Annotated[
+    Path | None, typer.Option(metavar="FILE", callback=_page_file, help="Write an interactive page: .html.")
+]
+Weights = Annotated[
+    Literal["area", "uniform"], typer.Option(help="Draw points by surface area, or every vertex alike.")
+]
+Graph = Annotated[
+    Literal["edges", "refined"], typer.Option(help="Paths along edges, or across pairs of triangles too.")
+]
+Samples = Annotated[
+    int | None, typer.Option(min=1, help="Estimate from so many sources; exact over all without it.")
+]
+Seed = Annotated[int, typer.Option(min=0, help="Seed of the samples.")]
+Jobs = Annotated[int | None, typer.Option(min=1, help="Threads; all cores without it.")]
+Up = Annotated[Literal["y", "z"], typer.Option(help="The axis that points up in pictures.")]
+AsJson = Annotated[bool, typer.Option("--json", help="Write JSON to standard output, and nothing else.")]
+
+
+def field(
+    mesh: MeshFile,
+    out: Out = None,
+    figure: Figure = None,
+    page: Page = None,
+    weights: Weights = "area",
+    graph: Graph = "edges",
+    samples: Samples = None,
+    seed: Seed = 0,
+    jobs: Jobs = None,
+    up: Up = "z",
+    as_json: AsJson = False,
+) -> None:
+    """Measure how many shortest paths pass each vertex: the geodesic field estimate (GFE)."""
+    from .. import check_up, load_mesh
+
+    surface = load_mesh(mesh)
+    report = check_up(surface)
+    report_findings(mesh.name, report.findings)
+    result = measure(surface, mesh.name, weights=weights, graph=graph, samples=samples, seed=seed, jobs=jobs)
+    written = _write(result, out, figure, page, up)
+    if as_json:
+        say_json({**result.summary(), "check_up": report.to_dict(), "written": written})
+        return
+    result.show()
+    for path in written:
+        say(f"wrote {path}")
+
+
+def _write(
+    result: Measurement, out: Path | None, figure: Path | None, page: Path | None, up: Literal["y", "z"]
+) -> list[str]:
+    """Write what was asked for, and return the names of the files."""
+    if out is not None:
+        _write_values(out, result)
+    if figure is not None:
+        from ..report import surface_figure
+
+        title = f"Geodesic field estimate, {result.name}"
+        drawn = surface_figure(
+            result.mesh,
+            result.values,
+            up=up,
+            title=title,
+            colour_bar_label=result.label,
+            length_unit=result.length_unit,
+        )
+        drawn.savefig(figure)
+    if page is not None:
+        _write_page(page, result, up)
+    return [str(path) for path in (out, figure, page) if path is not None]
+
+
+def _write_values(path: Path, result: Measurement) -> None:
+    import json
+
+    from .. import save_arrays
+
+    arrays: dict[str, Any] = dict(result.arrays())
+    if path.name.lower().endswith(".npz"):
+        arrays["settings"] = json.dumps(result.settings)
+        save_arrays(path, arrays)
+    else:
+        save_arrays(path, arrays, mesh=result.mesh)
+
+
+def _write_page(path: Path, result: Measurement, up: Literal["y", "z"]) -> None:
+    from ..report import surface_page, write_page
+
+    layers = {result.label: result.values}
+    if result.half_widths is not None:
+        layers["half-width of its confidence interval"] = result.half_widths
+    html = surface_page(
+        result.mesh,
+        layers,
+        title=f"Geodesic field estimate, {result.name}",
+        notes=result.meaning,
+        settings=result.settings,
+        up=up,
+        length_unit=result.length_unit,
+        **result.context(),
+    )
+    write_page(path, html)

@@ -1,0 +1,41 @@
+"""``pliant inspect``: the check-up of meshes."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from .ending import BAD_INPUT, complain, explanation
+from .output import say, say_json
+
+Meshes = Annotated[list[Path], typer.Argument(metavar="MESH...", help="Mesh files of any known format.")]
+AsJson = Annotated[bool, typer.Option("--json", help="Write JSON to standard output, and nothing else.")]
+
+
+def inspect(meshes: Meshes, as_json: AsJson = False) -> None:
+    """Examine meshes: what they are, what is wrong with them, and the call that mends it.
+
+    A file that cannot be read is reported, the others are still examined, and the exit code is 3.
+    """
+    from .. import check_up, load_mesh
+    from ..errors import PliantError
+
+    reports = []
+    failed = False
+    for path in meshes:
+        try:
+            report = check_up(load_mesh(path))
+        except (PliantError, OSError) as error:
+            failed = True
+            complain("error", explanation(error))
+            reports.append({"file": str(path), "error": explanation(error)})
+            continue
+        reports.append({"file": str(path), **report.to_dict()})
+        if not as_json:
+            say(f"{path}\n{report}" if path is meshes[0] else f"\n{path}\n{report}")
+    if as_json:
+        say_json(reports)
+    if failed:
+        raise typer.Exit(BAD_INPUT)
