@@ -43,7 +43,9 @@ from .report import surface_page as surface_page
 from .report import write_page as write_page
 from .spectral import Laplacian as Laplacian
 from .spectral import Spectrum as Spectrum
+from .spectral import biharmonic_distances as biharmonic_distances
 from .spectral import eigenbasis as eigenbasis
+from .spectral import joint_embedding as joint_embedding
 from .spectral import laplacian as laplacian
 
 __version__: str

@@ -18,6 +18,7 @@ from ._factor import Pencil
 from ._panels import Panels
 from ._plain import dense_pairs, factorless_pairs
 from ._polish import polish
+from ._signs import fix_signs
 from ._sparse import CsrArray, product
 from ._windows import WindowSolver
 from .laplacian import Laplacian, LaplacianKind, laplacian
@@ -31,8 +32,6 @@ PathLike: TypeAlias = "str | os.PathLike[str]"
 _DENSE = 500
 # Past this many entries a row the factor of the matrix fills in beyond use.
 _WIDEST_ROWS = 64
-# Entries this close to the largest one count as large: rounding must not choose between mirror images.
-_TIE = 1e-6
 # A value this far below the next piece's first one is a zero that has no piece of its own.
 _NOTHING = 1e-13
 
@@ -137,7 +136,7 @@ def _computed(operator: Laplacian, k: int, tol: float, n_jobs: int | None, *, pr
             last = int(np.flatnonzero(residuals > 0.3 * tol)[-1])
             values, vectors = polish(operator, values, vectors, pieces, last, panels)
             residuals = _residuals(operator, values, vectors, panels)
-        _fix_signs(vectors)
+        fix_signs(vectors)
     _check(operator, values, residuals, pieces, tol)
     for array in (values, vectors, residuals):
         array.setflags(write=False)
@@ -187,12 +186,6 @@ def _residuals(operator: Laplacian, values: FloatArray, vectors: FloatArray, pan
     scale = np.where(values > 0, values, positive[0] if positive.size else 1.0)
     residuals: FloatArray = np.sqrt(squares[0] / squares[1]) / scale
     return residuals
-
-
-def _fix_signs(vectors: FloatArray) -> None:
-    """Make the first of each column's largest entries positive."""
-    largest = np.maximum(vectors.max(axis=0), -vectors.min(axis=0))
-    _flip(vectors, (1 - _TIE) * largest)
 
 
 def _check(operator: Laplacian, values: FloatArray, residuals: FloatArray, pieces: int, tol: float) -> None:
@@ -261,20 +254,3 @@ def _residual_squares(
             squares[0, c] += (gap[c] - values[c] * weighed[c]) ** 2
             squares[1, c] += weighed[c] ** 2
     return squares
-
-
-@kernel
-def _flip(vectors: FloatArray, large: FloatArray) -> None:
-    n, k = vectors.shape
-    signs = np.zeros(k)
-    left = k
-    for i in range(n):
-        if left == 0:
-            break
-        for c in range(k):
-            if signs[c] == 0 and abs(vectors[i, c]) >= large[c]:
-                signs[c] = 1.0 if vectors[i, c] > 0 else -1.0
-                left -= 1
-    for i in range(n):
-        for c in range(k):
-            vectors[i, c] *= signs[c]
