@@ -234,3 +234,13 @@ SAMPLES: dict[str, bytes] = {
     "little.ply.gz": gzip.compress(ply_binary("<"), mtime=0),
 }
 LOOSE: dict[str, bytes] = {"text.stl": stl_text(), "binary.stl": stl_binary()}
+
+POLYGONS = {
+    "poly.off": "OFF\n5 3 0\n0 0 0\n1 0 0\n1 1 0\n0 1 0\n2 2 2\n3 0 1 4\n4 0 1 2 3\n5 0 1 2 3 4\n",
+    "poly.obj": "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 2 2 2\nf 1 2 5\nf 1 2 3 4\nf 1 2 3 4 5\n",
+    "poly.ply": "ply\nformat ascii 1.0\nelement vertex 5\nproperty float x\nproperty float y\nproperty float z\n"
+    "element face 3\nproperty list uchar int vertex_index\nend_header\n"
+    "0 0 0\n1 0 0\n1 1 0\n0 1 0\n2 2 2\n3 0 1 4\n4 0 1 2 3\n5 0 1 2 3 4\n",
+    "poly.vtk": "# vtk DataFile Version 3.0\n\nASCII\nDATASET POLYDATA\nPOINTS 5 float\n"
+    "0 0 0 1 0 0 1 1 0 0 1 0 2 2 2\nPOLYGONS 3 15\n3 0 1 4\n4 0 1 2 3\n5 0 1 2 3 4\n",
+}

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import io
 import os
-import warnings
 import zipfile
 from collections.abc import Mapping
 from pathlib import Path
@@ -13,8 +12,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ..errors import FileFormatError, InputError, PliantWarning
-from .files import read_contents
+from ..errors import FileFormatError, InputError
+from .files import read_contents, report_notes
 from .formats import FORMATS, checked_arrays, file_bytes, for_writing, gifti, write_atomically
 from .surface import Mesh
 
@@ -112,8 +111,7 @@ def load_arrays(path: str | os.PathLike[str]) -> dict[str, NDArray[Any]]:
     if path.name.lower().endswith(".npz"):
         return _read_npz(path)
     contents, notes = read_contents(path)
-    for note in notes:
-        warnings.warn(f"{path}: {note}", PliantWarning, stacklevel=2)
+    report_notes(path, notes)
     return dict(contents.data)
 
 

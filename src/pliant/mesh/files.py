@@ -34,7 +34,7 @@ def load_mesh(path: str | os.PathLike[str]) -> Mesh:
     are split into fans of triangles (right for convex ones), in place, which a warning reports. STL stores
     loose triangles, so its corners are kept as they stand, three a face in file order; join them with
     ``merged(mesh, tolerance=0)``. Only the surface is read: no colours, normals or textures, no
-    coordinate transforms.
+    coordinate transforms. :func:`pliant.check_up` says what is wrong with what was read.
 
     Parameters
     ----------
@@ -59,11 +59,6 @@ def load_mesh(path: str | os.PathLike[str]) -> Mesh:
     PliantWarning
         If polygons were split, something was left out, or the ending belongs to another format.
 
-    See Also
-    --------
-    check_up : what is wrong with a mesh, and the call that mends it.
-    load_arrays : per-vertex arrays.
-
     Notes
     -----
     One pass over the file, whose whole content is held in memory. A header's claim is compared with the
@@ -87,8 +82,7 @@ def load_mesh(path: str | os.PathLike[str]) -> Mesh:
         mesh = Mesh(contents.vertices, fan(contents.corners, contents.sizes))
     except PliantError as error:
         raise _about(path, error) from error
-    for note in notes:
-        warnings.warn(f"{path}: {note}", PliantWarning, stacklevel=2)
+    report_notes(path, notes)
     return mesh
 
 
@@ -155,6 +149,12 @@ def read_contents(path: Path) -> tuple[Contents, tuple[str, ...]]:
         message = f"{path}: not a readable {chosen.name} file: {type(error).__name__}: {error}"
         raise FileFormatError(message) from error
     return contents, notes + contents.notes
+
+
+def report_notes(path: Path, notes: tuple[str, ...]) -> None:
+    """Warn of what was left out or mended, in the name of the caller's caller."""
+    for note in notes:
+        warnings.warn(f"{path}: {note}", PliantWarning, stacklevel=3)
 
 
 def _about(path: Path, error: PliantError) -> PliantError:
