@@ -23,6 +23,8 @@ from .graph import EdgeGraph
 
 # Fixed-point "no path": two of them still add up within int32.
 UNREACHED = np.int32(2**30 - 1)
+# Least common multiples of 1..2, 1..4, 1..6, 1..8, 1..10, 1..12, 1..16: numbers with many divisors.
+WHOLE_STEPS = (2, 12, 60, 840, 2520, 27720, 720720)
 
 
 @dataclass(frozen=True, eq=False)
@@ -71,9 +73,22 @@ def fixed_point_lengths(graph: EdgeGraph, components: IntArray) -> Int32Array:
     np.maximum.at(reach, components, nearest)
     # Any shortest path is at most twice an eccentricity; rounding adds at most half a unit an edge.
     unit = (int(UNREACHED) - 1 - graph.n_vertices) / (2 * np.where(reach > 0, reach, 1.0))
-    scaled = np.rint(graph.lengths * unit[components[graph.edges[:, 0]]])
+    owner = components[graph.edges[:, 0]]
+    shortest = np.full(len(seeds), np.inf)
+    np.minimum.at(shortest, owner, graph.lengths)
+    scaled = np.rint(graph.lengths * _tie_keeping(unit, shortest)[owner])
     # An edge longer than every path is on none, whatever it is cut to.
     return scaled.clip(1, int(UNREACHED) - 1).astype(np.int32)
+
+
+def _tie_keeping(unit: FloatArray, shortest: FloatArray) -> FloatArray:
+    """Shrink each unit so that small fractions and multiples of the shortest edge stay whole, and their ties exact."""
+    whole = np.where(np.isfinite(shortest), unit * shortest, 1.0)
+    steps = np.ones_like(whole)
+    for divisible in WHOLE_STEPS:
+        steps = np.where(whole >= 4 * divisible, divisible, steps)
+    kept = np.floor(whole / steps) * steps
+    return np.where(kept >= 1, unit * kept / whole, unit)
 
 
 def metric_arcs(skeleton: Elimination, graph: EdgeGraph) -> Arcs:

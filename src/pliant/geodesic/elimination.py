@@ -69,7 +69,8 @@ def _dissection(graph: EdgeGraph) -> Int32Array:
     if n < SMALLEST_DISSECTED or not graph.n_edges:
         return identity
     start, neighbours = _adjacency(graph, identity)
-    order, _ = pymetis.nested_dissection(xadj=start.astype(np.int32), adjncy=neighbours)
+    adjacency = pymetis.CSRAdjacency(start.astype(np.int32), neighbours)
+    order, _ = pymetis.nested_dissection(adjacency)
     return np.asarray(order, dtype=np.int32)
 
 

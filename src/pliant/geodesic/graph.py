@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 import scipy.sparse as sp
@@ -125,7 +125,7 @@ def as_graph(source: Mesh | EdgeGraph | sp.sparray, kind: GraphKind = "edges") -
     if isinstance(source, Mesh):
         return edge_graph(source, kind)
     if sp.issparse(source):
-        upper = source.tocoo()
+        upper: Any = source.tocoo()  # type: ignore[attr-defined]
         if upper.shape[0] != upper.shape[1]:
             message = f"a matrix of edge lengths must be square, got {upper.shape}"
             raise InputError(message)

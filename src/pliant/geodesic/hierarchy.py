@@ -4,10 +4,8 @@ from __future__ import annotations
 
 import itertools
 import os
-import tempfile
 from collections.abc import Iterator, Sequence
 from functools import cached_property
-from pathlib import Path
 
 import numpy as np
 import scipy.sparse as sp
@@ -16,7 +14,7 @@ from numpy.typing import ArrayLike
 from .._arrays import FloatArray, IntArray, frozen, vertex_indices
 from .._parallel import ordered_map
 from ..errors import FileFormatError, InputError, NumericalError
-from ..mesh import Mesh
+from ..mesh import Mesh, load_arrays, save_arrays
 from .customise import UNREACHED, Arcs, CountedArcs, counted_arcs, fixed_point_lengths, metric_arcs, unpack
 from .elimination import Int32Array, eliminate
 from .flow import FlowJob
@@ -365,23 +363,14 @@ class GeodesicHierarchy:
         return through
 
     def save(self, path: str | os.PathLike[str]) -> None:
-        """Write the order and the graph as one .npz file, atomically; lengths are customised again on use."""
-        target = Path(path)
-        arrays = {
+        """Write graph and order to an .npz file, atomically; the rest is built again in a moment."""
+        stored = {
             "format": np.array(FORMAT),
-            "n_vertices": np.array(self.n_vertices),
             "edges": self.graph.edges,
             "lengths": self.graph.lengths,
             "order": self._skeleton.order,
         }
-        handle, temporary = tempfile.mkstemp(dir=target.parent, suffix=".npz")
-        try:
-            with os.fdopen(handle, "wb") as file:
-                np.savez_compressed(file, **arrays)  # type: ignore[arg-type]
-            Path(temporary).replace(target)
-        except BaseException:
-            Path(temporary).unlink(missing_ok=True)
-            raise
+        save_arrays(path, stored)
 
     @classmethod
     def load(cls, path: str | os.PathLike[str]) -> GeodesicHierarchy:
@@ -392,21 +381,17 @@ class GeodesicHierarchy:
         FileFormatError
             If the file is not such a file, or does not hang together.
         """
+        stored = load_arrays(path)
         try:
-            with np.load(path, allow_pickle=False) as stored:
-                if str(stored["format"]) != FORMAT:
-                    message = f"{path}: not a hierarchy of this version ({FORMAT})"
-                    raise FileFormatError(message)
-                graph = EdgeGraph(int(stored["n_vertices"]), stored["edges"], stored["lengths"])
-                order = stored["order"]
-        except (OSError, ValueError, KeyError, EOFError) as error:
-            if isinstance(error, FileNotFoundError | FileFormatError):
-                raise
-            message = f"{path}: not a saved geodesic hierarchy: {error}"
+            if str(stored["format"]) != FORMAT:
+                message = f"written by another version, {stored['format']}"
+                raise InputError(message)
+            self = cls.__new__(cls)
+            self.graph = EdgeGraph(len(stored["order"]), stored["edges"], stored["lengths"])
+            self._skeleton = eliminate(self.graph, order=stored["order"])
+        except (InputError, KeyError, TypeError) as error:
+            message = f"{os.fspath(path)}: not a geodesic hierarchy ({FORMAT}): {error}"
             raise FileFormatError(message) from error
-        self = cls.__new__(cls)
-        self.graph = graph
-        self._skeleton = eliminate(graph, order=order)
         return self
 
 
