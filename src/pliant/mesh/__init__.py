@@ -6,6 +6,7 @@ from .check import CheckUp, Finding, check_up
 from .curvature import Curvatures, principal_curvatures
 from .files import load_mesh, save_mesh
 from .formats import triangulated
+from .perturb import Perturbed, perturbed, with_noise
 from .repair import (
     Repair,
     largest_component,
@@ -24,6 +25,7 @@ __all__ = [
     "Curvatures",
     "Finding",
     "Mesh",
+    "Perturbed",
     "Repair",
     "boundary_edges",
     "boundary_loops",
@@ -34,6 +36,7 @@ __all__ = [
     "load_mesh",
     "merged",
     "orient",
+    "perturbed",
     "principal_curvatures",
     "repaired",
     "save_arrays",
@@ -41,6 +44,7 @@ __all__ = [
     "shapes",
     "triangulated",
     "vertex_components",
+    "with_noise",
     "without_degenerate_faces",
     "without_duplicate_faces",
     "without_unreferenced",
