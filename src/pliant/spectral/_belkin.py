@@ -9,8 +9,8 @@ from .._arrays import FloatArray
 from ..errors import InputError
 from ._sparse import CsrArray, as_csr, diagonal_matrix, row_sums, symmetric_matrix
 
-# Weights under this share of a vertex's own are dropped: their sum is below the quadrature error by far.
-_NEGLIGIBLE = 1e-7
+# Weights under this share of a vertex's own are dropped: what they add up to is 1e-4 of the whole.
+_NEGLIGIBLE = 1e-5
 # Past this many entries the matrix takes more than 4 GB.
 _MOST_ENTRIES = 250_000_000
 

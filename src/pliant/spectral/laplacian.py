@@ -140,14 +140,16 @@ def laplacian(
     Notes
     -----
     Boundaries carry natural (Neumann) conditions. Cost: ``cotan`` 10 ms, ``robust`` 0.2 s and ``mesh``
-    a few seconds and some hundred entries a vertex, at 30,000 vertices.
+    15 s, at 30,000 vertices.
 
-    ``kind="mesh"`` has stiffness weights ``a_i a_j exp(-|p - q|^2 / 4h) / (4 pi h^2)``. With the bandwidth
-    fixed in edge lengths the weights do not converge, so the default shrinks slower than the mesh:
-    ``h = 0.2 e^(3/2) A^(1/4)`` with e the mean edge length and A the area, about 1 e^2 at 1,000 vertices
-    and 2.5 e^2 at 30,000. The distances are Euclidean: do not trust it where sheets of the surface come
-    closer than some sqrt(h), nor near a boundary. Its eigenvalues are (1 - exp(-lambda h)) / h: read
-    them with care past lambda = 0.1 / h.
+    ``kind="mesh"`` has stiffness weights ``a_i a_j exp(-|p - q|^2 / 4h) / (4 pi h^2)``. Its error is the
+    smoothing's, of order h, and the quadrature's, about e^3 / h^2 on an irregular mesh with mean edge
+    length e: both fall like e for ``h = e sqrt(A) / 25``, the default, with A the area. On 2,000 random
+    points of a sphere the error of the Laplacian is 7 % on average, 4 % on 8,000, where that of ``cotan``
+    stays at 28 %. There are about 200 entries a vertex at 1,000 vertices, 600 at 8,000, 1,100 at
+    30,000: pass a smaller bandwidth to trade accuracy for memory. The distances are Euclidean: do not trust
+    it where sheets of the surface come closer than some sqrt(h), nor near a boundary. Its eigenvalues are
+    about (1 - exp(-lambda h)) / h: read them with care past lambda = 0.1 / h.
 
     References
     ----------
@@ -179,7 +181,7 @@ def laplacian(
         return Laplacian(as_csr(stiffness), as_csr(lumped))
     areas = surface.vertex_areas
     _refuse_no_area(areas)
-    width = 0.2 * surface.edge_lengths.mean() ** 1.5 * surface.area**0.25 if bandwidth is None else bandwidth
+    width = _default_bandwidth(surface.edge_lengths.mean(), surface.area) if bandwidth is None else bandwidth
     stiffness = belkin_stiffness(surface.vertices, areas, float(width))
     return Laplacian(stiffness, diagonal_matrix(areas))
 
@@ -289,8 +291,12 @@ def _of_points(
         return Laplacian(as_csr(stiffness), as_csr(lumped))
     # On a mesh of near-equilateral triangles a vertex has an area of sqrt(3)/2 edges squared.
     edge = float(np.sqrt(areas.mean() * 2 / np.sqrt(3)))
-    width = 0.2 * edge**1.5 * areas.sum() ** 0.25 if bandwidth is None else bandwidth
+    width = _default_bandwidth(edge, areas.sum()) if bandwidth is None else bandwidth
     return Laplacian(belkin_stiffness(points, areas, float(width)), diagonal_matrix(areas))
+
+
+def _default_bandwidth(edge: float, area: float) -> float:
+    return float(edge * np.sqrt(area) / 25)
 
 
 def _face_edge_lengths(mesh: Mesh) -> FloatArray:
