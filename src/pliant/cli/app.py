@@ -6,6 +6,7 @@ from typing import Annotated
 
 import typer
 
+from .bench import bench
 from .demo import demo
 from .field import field
 from .inspect import inspect
@@ -21,6 +22,7 @@ app = typer.Typer(
 app.command()(demo)
 app.command()(inspect)
 app.command()(field)
+app.add_typer(bench)
 
 
 def _print_version(wanted: bool) -> None:

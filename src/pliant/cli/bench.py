@@ -1,0 +1,83 @@
+"""``pliant bench``: measurements against other packages, one command a room."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from typing import Annotated, Any
+
+import typer
+
+from .ending import complain
+from .output import say_json, show_facts, show_table
+
+bench = typer.Typer(
+    name="bench",
+    help="Measure Pliant beside other packages: same input, same run, medians and ratios.",
+    no_args_is_help=True,
+)
+
+Repeats = Annotated[int, typer.Option(min=1, help="Runs of each measurement, of which the median is shown.")]
+AsJson = Annotated[bool, typer.Option("--json", help="Write JSON to standard output, and nothing else.")]
+
+
+@bench.command()
+def field(
+    levels: Annotated[
+        str, typer.Option(metavar="L,L,...", help="Subdivisions: 4 to 7 are 2.5k, 10k, 41k, 164k vertices.")
+    ] = "4,5,6,7",
+    repeats: Repeats = 3,
+    distances: Annotated[bool, typer.Option(help="Also measure distances from all vertices.")] = True,
+    as_json: AsJson = False,
+) -> None:
+    """Measure exact betweenness and many-source distances against NetworKit, igraph and SciPy."""
+    from ..bench import field as measurements
+    from ..bench.harness import machine
+
+    rows = []
+    for row in measurements.run(subdivisions=_levels(levels), repeats=repeats, distances=distances):
+        rows.append(row)
+        complain("done", f"{row['what']} by {row['engine']} at {row['n']} vertices")
+    about = machine(measurements.PEERS)
+    if as_json:
+        say_json({"machine": about, "rows": rows})
+        return
+    _show_machine(about)
+    columns = ("", "vertices", "seconds", "range", "ms / source", "peak MB", "time / Pliant's", "")
+    show_table("All sources; medians of whole calls", columns, (_field_cells(row) for row in rows))
+
+
+def _field_cells(row: dict[str, Any]) -> Sequence[str]:
+    name = f"{row['what']}, {row['engine']}"
+    if "skipped" in row:
+        return (name, f"{row['n']:,}", *[""] * 5, row["skipped"])
+    return (
+        name,
+        f"{row['n']:,}",
+        f"{row['seconds']:.2f}",
+        f"{row['fastest']:.2f}-{row['slowest']:.2f}" if row["runs"] > 1 and not row["sampled"] else "",
+        f"{row['ms_per_source']:.3f}",
+        f"{row['peak_mb']:.0f}",
+        "" if row["engine"] == "pliant" else f"{row['ratio']:.1f}",
+        f"scaled from {row['sampled']} sources" if row["sampled"] else "",
+    )
+
+
+def _levels(text: str) -> tuple[int, ...]:
+    try:
+        levels = tuple(int(part) for part in text.split(","))
+    except ValueError as error:
+        message = f"{text!r} is not a list of whole numbers"
+        raise typer.BadParameter(message) from error
+    if not all(3 <= level <= 8 for level in levels):
+        raise typer.BadParameter("levels must be between 3 and 8")
+    return levels
+
+
+def _show_machine(about: dict[str, Any]) -> None:
+    versions: Iterable[tuple[str, str]] = about["versions"].items()
+    facts = {
+        "processor": f"{about['processor']}, {about['cores']} cores",
+        "python": about["python"],
+        "packages": ", ".join(f"{name} {version}" for name, version in versions),
+    }
+    show_facts("Machine", facts)
