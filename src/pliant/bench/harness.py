@@ -21,7 +21,9 @@ class BenchmarkError(PliantError):
     """A measurement that did not come back with a result."""
 
 
-def measured(module: str, task: str, settings: Mapping[str, Any], *, repeats: int, limit: float = 3600) -> Row:
+def measured(
+    module: str, task: str, settings: Mapping[str, Any], *, repeats: int, limit: float = 3600
+) -> Row:
     """Run ``python -m module task settings`` several times and merge what it prints.
 
     Parameters

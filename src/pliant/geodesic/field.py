@@ -183,7 +183,9 @@ def estimate_gfe(
         exact = solver.betweenness(back, back, n_jobs=n_jobs, progress=progress)
         return FieldEstimate(exact * scale, np.zeros(n), confidence, np.arange(n))
     groups, stands_for = _stratified(solver.order, n_strata, np.random.default_rng(rng))
-    found = solver.betweenness_of_groups(list(groups), back * stands_for, back, n_jobs=n_jobs, progress=progress)
+    found = solver.betweenness_of_groups(
+        list(groups), back * stands_for, back, n_jobs=n_jobs, progress=progress
+    )
     estimates = np.stack(found) * scale
     missing = 1 - n_strata * GROUPS / n
     error = np.sqrt(estimates.var(axis=0, ddof=1) / GROUPS * missing)

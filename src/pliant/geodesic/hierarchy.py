@@ -20,7 +20,7 @@ from .elimination import Int32Array, eliminate
 from .flow import FlowJob
 from .graph import EdgeGraph, GraphKind, as_graph, as_weights, component_labels
 from .plain import plain_edge_flow
-from .sweeps import batches, sweep_metric
+from .sweeps import DistanceJob, batches
 
 FORMAT = "pliant-geodesic-hierarchy-1"
 # Smaller graphs are solved plainly: compiling the sweeps would take longer.
@@ -143,14 +143,8 @@ class GeodesicHierarchy:
             found = np.atleast_2d(sp.csgraph.dijkstra(self.graph.matrix(), directed=False, indices=wanted))
             found[found > limit] = np.inf
             return found.reshape(len(wanted), self.n_vertices)
-        skeleton, arcs = self._skeleton, self._metric
-
-        def solve(places: IntArray) -> None:
-            found = sweep_metric(skeleton, arcs, ranks[places])
-            found[found > limit] = np.inf
-            result[places] = found
-
-        for _ in ordered_map(solve, batches(by_rank), n_jobs, description="distances", progress=progress):
+        job = DistanceJob(self._skeleton, self._metric, ranks, result, limit)
+        for _ in ordered_map(job, batches(by_rank), n_jobs, description="distances", progress=progress):
             pass
         return result
 

@@ -9,6 +9,7 @@ back: Brandes 2001.)
 
 from __future__ import annotations
 
+from queue import Empty, SimpleQueue
 from typing import Any
 
 import numpy as np
@@ -27,19 +28,36 @@ def batches(items: NDArray[Any]) -> list[NDArray[Any]]:
     return [items[start : start + LANES] for start in range(0, len(items), LANES)]
 
 
-def sweep_metric(skeleton: Elimination, arcs: Arcs, ranks: NDArray[Any]) -> FloatArray:
-    """Distances from up to 64 ranks to every vertex: (s, n), columns in the graph's own vertex order."""
-    n = len(skeleton.order)
-    place = np.full(n, -1, dtype=np.int32)
-    listed = ancestors_of(ranks, skeleton.parent, place, np.empty(n, dtype=np.int32))
-    label = np.full((len(listed), LANES), np.inf)
-    label[place[ranks], np.arange(len(ranks))] = 0.0
-    climb(listed, place, arcs.rows, arcs.heads, arcs.lengths, label)
-    distance = np.empty((n, LANES))
-    descend(place, arcs.rows, arcs.heads, arcs.lengths, label, distance)
-    out = np.empty((len(ranks), n))
-    _by_source(distance, skeleton.rank, out)
-    return out
+class DistanceJob:
+    """Callable for threads: sweep from the sources at some places of a list, into those rows of a result.
+
+    ``ranks`` are the sources, ``out`` is (len(ranks), n), its columns in the graph's own vertex order; distances above
+    ``limit`` become inf.
+    """
+
+    def __init__(
+        self, skeleton: Elimination, arcs: Arcs, ranks: NDArray[Any], out: FloatArray, limit: float
+    ) -> None:
+        self.skeleton, self.arcs = skeleton, arcs
+        self.ranks, self.out, self.limit = ranks, out, limit
+        self._idle: SimpleQueue[FloatArray] = SimpleQueue()
+
+    def __call__(self, places: NDArray[Any]) -> None:
+        """Sweep from at most as many sources as there are lanes."""
+        n = len(self.skeleton.order)
+        try:
+            distance = self._idle.get_nowait()
+        except Empty:
+            distance = np.empty((n, LANES))
+        arcs, ranks = self.arcs, self.ranks[places]
+        place = np.full(n, -1, dtype=np.int32)
+        listed = ancestors_of(ranks, self.skeleton.parent, place, np.empty(n, dtype=np.int32))
+        label = np.full((len(listed), LANES), np.inf)
+        label[place[ranks], np.arange(len(ranks))] = 0.0
+        climb(listed, place, arcs.rows, arcs.heads, arcs.lengths, label)
+        descend(place, arcs.rows, arcs.heads, arcs.lengths, label, distance)
+        by_source(distance, self.skeleton.rank, places, self.limit, self.out)
+        self._idle.put(distance)
 
 
 @kernel
@@ -114,11 +132,12 @@ def relax(v: Any, rows: Any, heads: Any, lengths: Any, distance: Any) -> None:
 
 
 @kernel
-def _by_source(distance: Any, rank: Any, out: Any) -> None:
-    """Transpose (rank, lane) to (source, vertex), in blocks that fit the cache."""
-    block = 512
+def by_source(distance: Any, rank: Any, places: Any, limit: Any, out: Any) -> None:
+    """Transpose (rank, lane) to (place, vertex), in blocks that fit the cache."""
+    block = 16
     for start in range(0, len(rank), block):
         stop = min(start + block, len(rank))
-        for lane in range(len(out)):
+        for lane in range(len(places)):
             for v in range(start, stop):
-                out[lane, v] = distance[rank[v], lane]
+                reach = distance[rank[v], lane]
+                out[places[lane], v] = reach if reach <= limit else np.inf
