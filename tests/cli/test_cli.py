@@ -118,16 +118,25 @@ def test_bad_usage_ends_with_2_before_any_work(arguments, capsys):
     assert captured.err
 
 
-def test_bad_input_ends_with_3_and_one_line(broken_file, folder):
+def one_error_line(said: str, path: Path) -> bool:
+    lines = said.strip().splitlines()
+    return len(lines) == 1 and lines[0].startswith("pliant: error: ") and path.name in lines[0]
+
+
+@pytest.mark.parametrize("command", ["inspect", "field"])
+def test_bad_input_ends_with_3_and_one_line(command, broken_file, folder, capsys):
     for path in (broken_file, folder / "absent.ply", folder):
-        for command in ("inspect", "field"):
-            done = process(command, path)
-            assert done.returncode == 3
-            assert done.stdout == ""
-            lines = done.stderr.strip().splitlines()
-            assert len(lines) == 1, done.stderr
-            assert lines[0].startswith("pliant: error: ")
-            assert Path(path).name in lines[0]
+        assert cli.main([command, str(path)]) == 3
+        captured = capsys.readouterr()
+        assert captured.out == ""
+        assert one_error_line(captured.err, path), captured.err
+
+
+def test_bad_input_of_a_process_ends_with_3(broken_file):
+    done = process("field", broken_file)
+    assert done.returncode == 3
+    assert done.stdout == ""
+    assert one_error_line(done.stderr, broken_file), done.stderr
 
 
 def test_usage_errors_of_a_process_end_with_2():
@@ -196,7 +205,7 @@ def test_field_writes_other_formats(sphere_file, sphere, tmp_path, ending):
 
 def test_field_as_json_is_all_there_is_on_standard_output(sphere_file, sphere, tmp_path):
     picture, page = tmp_path / "gfe.png", tmp_path / "gfe.html"
-    done = process("field", sphere_file, "--json", "--figure", picture, "--page", page)
+    done = process("field", sphere_file, "--json", "--figure", picture, "--scale", "log", "--page", page)
     assert done.returncode == 0, done.stderr
     assert done.stderr == ""
     facts = json.loads(done.stdout)

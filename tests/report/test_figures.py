@@ -84,6 +84,18 @@ def test_limits_and_missing_values_are_stated(sphere):
     assert "percentiles" not in texts(surface_figure(sphere, field, limits=(0, 1)))
 
 
+def test_a_logarithmic_scale_gives_each_decade_its_share(sphere):
+    # Seen from the left every vertex has the value 10, in the middle of 1 to 100; zeros elsewhere are allowed.
+    field = np.where(sphere.vertices[:, 0] < 0.5, 10.0, 0.0)
+    figure = surface_figure(sphere, field, views=["left"], limits=(1, 100), scale="log")
+    seen, colour = centre_of(figure.axes[0])[:3].astype(float), colour_table("viridis")[128].astype(float)
+    assert np.allclose(seen / np.linalg.norm(seen), colour / np.linalg.norm(colour), atol=0.05)
+    assert figure.axes[1].get_xscale() == "log"
+    zeros = surface_figure(sphere, field, views=["right"], limits=(1, 100), scale="log")
+    seen, colour = centre_of(zeros.axes[0])[:3].astype(float), colour_table("viridis")[0].astype(float)
+    assert np.allclose(seen / np.linalg.norm(seen), colour / np.linalg.norm(colour), atol=0.05)
+
+
 def test_all_views_share_one_scale():
     box = shapes.ellipsoid((3.0, 2.0, 1.0), 3)
     figure = surface_figure(box, box.vertices[:, 0], views=("front", "right", "top"))
@@ -165,6 +177,9 @@ def test_histogram_bars_are_shares_and_say_what_lies_outside():
         (lambda m: surface_figure(m, m.vertices[:, 0], views=["inside"]), "inside"),
         (lambda m: surface_figure(m, m.vertices[:, 0], limits=(2, 1)), "ascend"),
         (lambda m: surface_figure(m, m.vertices[:, 0], colour_map="jet"), "viridis"),
+        (lambda m: surface_figure(m, m.vertices[:, 0], scale="cubic"), "'linear' or 'log'"),
+        (lambda m: surface_figure(m, -np.ones(m.n_vertices), scale="log"), "above 0"),
+        (lambda m: surface_figure(m, m.vertices[:, 0], scale="log", limits=(0, 1)), "above 0"),
         (lambda m: robust_limits([1], percentiles=(9, 1)), "ascend"),
         (lambda m: histogram_figure({}), "series"),
     ],

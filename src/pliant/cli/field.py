@@ -66,6 +66,7 @@ Samples = Annotated[
 Seed = Annotated[int, typer.Option(min=0, help="Seed of the samples.")]
 Jobs = Annotated[int | None, typer.Option(min=1, help="Threads; all cores without it.")]
 Up = Annotated[Literal["y", "z"], typer.Option(help="The axis that points up in pictures.")]
+Scale = Annotated[Literal["linear", "log"], typer.Option(help="How values spread over a picture's colours.")]
 AsJson = Annotated[bool, typer.Option("--json", help="Write JSON to standard output, and nothing else.")]
 
 
@@ -80,6 +81,7 @@ def field(
     seed: Seed = 0,
     jobs: Jobs = None,
     up: Up = "z",
+    scale: Scale = "linear",
     as_json: AsJson = False,
 ) -> None:
     """Measure how many shortest paths pass each vertex: the geodesic field estimate (GFE)."""
@@ -89,37 +91,19 @@ def field(
     report = check_up(surface)
     report_findings(mesh.name, report.findings)
     result = measure(surface, mesh.name, weights=weights, graph=graph, samples=samples, seed=seed, jobs=jobs)
-    written = _write(result, out, figure, page, up)
+    if out is not None:
+        _write_values(out, result)
+    if figure is not None:
+        _write_figure(figure, result, up, scale)
+    if page is not None:
+        _write_page(page, result, up)
+    written = [str(path) for path in (out, figure, page) if path is not None]
     if as_json:
         say_json({**result.summary(), "check_up": report.to_dict(), "written": written})
         return
     result.show()
     for path in written:
         say(f"wrote {path}")
-
-
-def _write(
-    result: Measurement, out: Path | None, figure: Path | None, page: Path | None, up: Literal["y", "z"]
-) -> list[str]:
-    """Write what was asked for, and return the names of the files."""
-    if out is not None:
-        _write_values(out, result)
-    if figure is not None:
-        from ..report import surface_figure
-
-        title = f"Geodesic field estimate, {result.name}"
-        drawn = surface_figure(
-            result.mesh,
-            result.values,
-            up=up,
-            title=title,
-            colour_bar_label=result.label,
-            length_unit=result.length_unit,
-        )
-        drawn.savefig(figure)
-    if page is not None:
-        _write_page(page, result, up)
-    return [str(path) for path in (out, figure, page) if path is not None]
 
 
 def _write_values(path: Path, result: Measurement) -> None:
@@ -133,6 +117,23 @@ def _write_values(path: Path, result: Measurement) -> None:
         save_arrays(path, arrays)
     else:
         save_arrays(path, arrays, mesh=result.mesh)
+
+
+def _write_figure(
+    path: Path, result: Measurement, up: Literal["y", "z"], scale: Literal["linear", "log"]
+) -> None:
+    from ..report import surface_figure
+
+    drawn = surface_figure(
+        result.mesh,
+        result.values,
+        up=up,
+        scale=scale,
+        title=f"Geodesic field estimate, {result.name}",
+        colour_bar_label=result.label,
+        length_unit=result.length_unit,
+    )
+    drawn.savefig(path)
 
 
 def _write_page(path: Path, result: Measurement, up: Literal["y", "z"]) -> None:

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -42,6 +42,23 @@ class _Panel:
     @property
     def size(self) -> tuple[float, float]:
         return self.image.shape[1] / _DPI, self.image.shape[0] / _DPI
+
+
+@dataclass(frozen=True)
+class _Palette:
+    """How values become colours."""
+
+    low: float
+    high: float
+    table: NDArray[np.uint8]
+    scale: str
+
+    def colours(self, values: NDArray[np.float32]) -> NDArray[np.float32]:
+        if self.scale == "linear":
+            return colours_of(values, self.low, self.high, self.table)
+        with np.errstate(invalid="ignore"):
+            positive = np.maximum(values, np.float32(self.low))
+        return colours_of(np.log(positive), np.log(self.low), np.log(self.high), self.table)
 
 
 def hemisphere_views(hemisphere: str) -> dict[str, Direction]:
@@ -84,6 +101,7 @@ def surface_figure(
     colour_map: ColourMap = "viridis",
     limits: tuple[float, float] | None = None,
     percentiles: tuple[float, float] = (2.0, 98.0),
+    scale: Literal["linear", "log"] = "linear",
     title: str = "",
     colour_bar_label: str = "",
     length_unit: str = "mm",
@@ -108,10 +126,12 @@ def surface_figure(
         Values of the first and last colour. Without them, percentiles of the values.
     percentiles : (float, float)
         Which, in percent. The colour bar states them.
+    scale : {"linear", "log"}
+        How values spread over the colours. "log" suits fields with a long tail; zeros get the first colour.
     title, colour_bar_label : str
         Text above, and under the colour bar (give the unit).
     length_unit : str
-        The mesh's unit, written on the scale bar.
+        The mesh's unit, written on the scale bar; "" where it is not known.
     width : float
         Of the figure, in inches.
 
@@ -122,7 +142,8 @@ def surface_figure(
     Raises
     ------
     InputError
-        If the values do not fit the mesh, a name is not known, there is no view, or limits do not ascend.
+        If the values do not fit the mesh, a name is not known, there is no view, limits do not ascend, or a
+        logarithmic scale has nothing above 0.
 
     Notes
     -----
@@ -140,16 +161,14 @@ def surface_figure(
     from matplotlib.figure import Figure
 
     field = as_floats(values, "values")
-    if limits is not None and not limits[0] < limits[1]:
-        message = f"limits must ascend, got {limits}"
-        raise InputError(message)
     named: dict[str, Direction] = {}
     named.update(views if isinstance(views, Mapping) else {view: view for view in views})
     if not named:
         raise InputError("views is empty: name at least one side to draw")
-    shown = limits or robust_limits(field, percentiles=percentiles)
+    shown = _limits(field, limits, percentiles, scale)
     top = _TITLE if title else 0.1
-    panels, panels_height = _panels(mesh, field, named, up, shown, colour_table(colour_map), width)
+    paint_with = _Palette(*shown, colour_table(colour_map), scale)
+    panels, panels_height = _panels(mesh, field, named, up, paint_with, width)
     figure = Figure(figsize=(width, top + panels_height + _BAR), dpi=_DPI, facecolor="white")
     for panel in panels:
         _draw_panel(figure, panel)
@@ -157,7 +176,8 @@ def surface_figure(
         height = figure.get_figheight()
         figure.text(_MARGIN / width, 1 - 0.2 / height, title, size=13, weight="bold", color=_INK, va="top")
     note = "" if limits else f"colours span percentiles {percentiles[0]:g} to {percentiles[1]:g}"
-    _draw_bar(figure, field, shown, colour_map, colour_bar_label, note)
+    note += " of the values above 0" if note and scale == "log" else ""
+    _draw_bar(figure, field, shown, colour_map, scale, colour_bar_label, note)
     _draw_scale(figure, panels[0], _pixel_of(mesh, named, up, width), length_unit)
     return figure
 
@@ -228,6 +248,26 @@ def histogram_figure(
     return figure
 
 
+def _limits(
+    field: FloatArray,
+    limits: tuple[float, float] | None,
+    percentiles: tuple[float, float],
+    scale: str,
+) -> tuple[float, float]:
+    if scale not in ("linear", "log"):
+        message = f"scale must be 'linear' or 'log', got {scale!r}"
+        raise InputError(message)
+    positive = field[np.isfinite(field) & (field > 0)]
+    if scale == "log" and not positive.size:
+        raise InputError("a logarithmic scale needs values above 0, and there are none")
+    if limits is None:
+        return robust_limits(field if scale == "linear" else positive, percentiles=percentiles)
+    if not limits[0] < limits[1] or (scale == "log" and limits[0] <= 0):
+        message = f"limits must ascend, from above 0 on a logarithmic scale; got {limits}"
+        raise InputError(message)
+    return limits
+
+
 def _extents(mesh: Mesh, named: Mapping[str, Direction], up: Axis) -> list[FloatArray]:
     """Width and height of the mesh in each view, in its unit."""
     return [np.ptp(mesh.vertices @ camera(view, up=up)[:2].T, axis=0) for view in named.values()]
@@ -253,8 +293,7 @@ def _panels(
     field: FloatArray,
     named: Mapping[str, Direction],
     up: Axis,
-    shown: tuple[float, float],
-    table: NDArray[np.uint8],
+    palette: _Palette,
     width: float,
 ) -> tuple[list[_Panel], float]:
     """Draw each view and place the views in centred rows; also the height they take, in inches."""
@@ -262,7 +301,7 @@ def _panels(
     images = []
     for view in named.values():
         raster = rasterise(mesh, camera(view, up=up), pixel=pixel)
-        images.append(paint(raster, colours_of(interpolate(raster, mesh, field), *shown, table)))
+        images.append(paint(raster, palette.colours(interpolate(raster, mesh, field))))
     labels = list(named)
     rows = [list(range(start, min(start + 4, len(images)))) for start in range(0, len(images), 4)]
     heights = [max(images[i].shape[0] for i in row) / _DPI for row in rows]
@@ -294,12 +333,13 @@ def _draw_bar(
     field: FloatArray,
     shown: tuple[float, float],
     colour_map: str,
+    scale: str,
     label: str,
     note: str,
 ) -> None:
     from matplotlib.cm import ScalarMappable
-    from matplotlib.colors import Normalize
-    from matplotlib.ticker import ScalarFormatter
+    from matplotlib.colors import LogNorm, Normalize
+    from matplotlib.ticker import MaxNLocator, ScalarFormatter
 
     width, height = figure.get_size_inches()
     across = min(3.6, width - 2 * _MARGIN)
@@ -307,11 +347,13 @@ def _draw_bar(
     known = field[np.isfinite(field)]
     below, above = bool((known < shown[0]).any()), bool((known > shown[1]).any())
     ends = ("both" if above else "min") if below else ("max" if above else "neither")
-    mappable = ScalarMappable(Normalize(*shown), colour_map)
-    ticks = ScalarFormatter(useMathText=True)
-    ticks.set_powerlimits((-3, 4))
+    mappable = ScalarMappable(LogNorm(*shown) if scale == "log" else Normalize(*shown), colour_map)
     axes = figure.add_axes(box)
-    bar = figure.colorbar(mappable, cax=axes, orientation="horizontal", extend=ends, format=ticks)
+    bar = figure.colorbar(mappable, cax=axes, orientation="horizontal", extend=ends)
+    if scale == "linear":
+        bar.locator, bar.formatter = MaxNLocator(5), ScalarFormatter(useMathText=True)
+        bar.formatter.set_powerlimits((-2, 4))
+        bar.update_ticks()
     bar.outline.set_visible(False)
     bar.ax.tick_params(labelsize=8.5, color=_QUIET, labelcolor=_INK, length=3)
     bar.ax.xaxis.get_offset_text().set_fontsize(8.5)
@@ -333,7 +375,7 @@ def _draw_scale(figure: Figure, panel: _Panel, pixel: float, unit: str) -> None:
     ends = [left / width, (left + across) / width]
     figure.add_artist(Line2D(ends, [level / height] * 2, color=_INK, linewidth=1.6, solid_capstyle="butt"))
     figure.text(
-        ends[0], (level - 0.07) / height, f"{length:g} {unit}".strip(), size=8.5, color=_INK, va="top"
+        ends[0], (level - 0.07) / height, f"{length:g} {unit or 'units'}", size=8.5, color=_INK, va="top"
     )
 
 

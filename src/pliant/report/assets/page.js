@@ -196,7 +196,7 @@ class Page {
       const length = 0.25 * this.view.canvas.clientWidth / this.view.density, power = 10 ** Math.floor(Math.log10(length));
       const round = [5, 2, 1].find((step) => step * power <= length) * power;
       byId("scale-bar").style.width = `${round * this.view.density}px`;
-      byId("scale-text").textContent = `${readable(round)} ${this.info.unit}`;
+      byId("scale-text").textContent = `${readable(round)} ${this.info.unit || "units"}`;
     };
   }
 }

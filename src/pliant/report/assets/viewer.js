@@ -3,7 +3,6 @@
 /*
  * SurfaceView draws a triangle mesh with one colour value a vertex on a canvas (WebGL 2), turns it, and says which
  * vertex is under the pointer. The projection is orthographic, so a length on the screen is a length on the shape.
- *
  * View coordinates: x right, y up, z towards the viewer. `rotation` holds them as rows of a 3 x 3 matrix.
  */
 
@@ -129,9 +128,8 @@ class SurfaceView {
     gl.bufferData(gl.ELEMENT_ARRAY_BUFFER, faces, gl.STATIC_DRAW);
     gl.bindVertexArray(null);
     gl.bindTexture(gl.TEXTURE_2D, gl.createTexture());
-    for (const [name, value] of [["MIN_FILTER", "LINEAR"], ["MAG_FILTER", "LINEAR"], ["WRAP_S", "CLAMP_TO_EDGE"], ["WRAP_T", "CLAMP_TO_EDGE"]]) {
-      gl.texParameteri(gl.TEXTURE_2D, gl["TEXTURE_" + name], gl[value]);
-    }
+    for (const name of ["MIN_FILTER", "MAG_FILTER"]) gl.texParameteri(gl.TEXTURE_2D, gl["TEXTURE_" + name], gl.LINEAR);
+    for (const name of ["WRAP_S", "WRAP_T"]) gl.texParameteri(gl.TEXTURE_2D, gl["TEXTURE_" + name], gl.CLAMP_TO_EDGE);
     gl.useProgram(this.surface.program);
     gl.uniform3fv(this.surface.at("missing"), missing);
     new ResizeObserver(() => this.redraw()).observe(canvas);
@@ -209,7 +207,7 @@ class SurfaceView {
     if (this.ondraw) this.ondraw();
   }
 
-  /** The marker shows in full where it is in sight, and faintly through the surface that hides it. */
+  /** In full where it is in sight, faintly through the surface that hides it. */
   drawMarker(ratio) {
     const gl = this.gl;
     this.place(this.marker);
@@ -247,11 +245,8 @@ class SurfaceView {
   project(vertex) {
     const offset = this.positionOf(vertex).map((value, axis) => value - this.centre[axis]);
     const [x, y, z] = this.rotation.map((row) => dot(row, offset));
-    return [
-      this.canvas.clientWidth / 2 + this.pan[0] + x * this.density,
-      this.canvas.clientHeight / 2 + this.pan[1] - y * this.density,
-      z,
-    ];
+    const { clientWidth: width, clientHeight: height } = this.canvas, scale = this.density;
+    return [width / 2 + this.pan[0] + x * scale, height / 2 + this.pan[1] - y * scale, z];
   }
 
   /** The vertex under a point of the canvas: the nearest corner, on the screen, of the triangle seen there; or null. */
