@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 from pliant import Mesh, MeshError, errors, shapes
 from pliant.mesh import boundary_loops, edge_faces, vertex_components
 from pliant.mesh import perturb as p
+from pliant.mesh.perturb._collapse import badness, stars_of
 from pliant.mesh.perturb.cut import is_disc
 
 KINDS = get_args(p.Kind)
@@ -314,8 +315,42 @@ class TestSampling:
         assert euler(result.mesh) == 2
         assert result.mesh.n_vertices >= 4
 
-    def test_smallest_surfaces_cannot_vanish(self):
-        for null in (shapes.platonic("tetrahedron"), Mesh(np.eye(3), [[0, 1, 2]])):
+    @given(st.integers(0, 1000), st.integers(0, 2))
+    def test_crumpled_shapes_keep_topology(self, seed, subdivisions):
+        # Positions say nothing here, so the connectivity alone must forbid what would tear or pinch.
+        ball = shapes.icosphere(subdivisions)
+        null = ball.with_vertices(np.random.default_rng(seed).normal(size=ball.vertices.shape))
+        result = p.sampling(null, strength=5, rng=seed)
+        assert crowded_or_torn(result.mesh) == (0, 0, 0)
+        assert euler(result.mesh) == 2
+
+    def test_no_triangle_turns_over(self):
+        flat = NULLS["sheet"]
+        shaken = flat.with_vertices(
+            flat.vertices + np.random.default_rng(0).uniform(-0.3, 0.3, (900, 3)) * [1, 1, 0]
+        )
+        for seed in range(5):
+            result = p.sampling(shaken, strength=5, rng=seed)
+            assert (result.mesh.face_normals[:, 2] > 0).all()
+            assert result.mesh.n_vertices < 0.25 * 900
+
+    def test_a_merge_that_turns_a_triangle_over_is_refused(self):
+        # Seen from the tips of a four-pointed star its notches hide part of the rim.
+        angle = np.arange(8) * np.pi / 4
+        ring = np.where(np.arange(8) % 2, 0.2, 1.0)[:, None] * np.c_[np.cos(angle), np.sin(angle), 0 * angle]
+        vertices = np.concatenate([[[0.0, 0, 0]], ring])
+        faces = np.array([[0, 1 + k, 1 + (k + 1) % 8] for k in range(8)])
+        starts, around = stars_of(faces, np.ones(8, dtype=bool), 9)
+        for into in range(1, 9, 2):
+            assert badness(0, into, vertices, faces, starts, around, np.empty(3), np.empty(3)) == np.inf
+        round_ring = vertices / np.maximum(np.linalg.norm(vertices, axis=1), 0.1)[:, None]
+        assert badness(0, 1, round_ring, faces, starts, around, np.empty(3), np.empty(3)) < 10
+
+    @given(st.integers(0, 1000))
+    def test_smallest_surfaces_cannot_vanish(self, seed):
+        flattened = np.random.default_rng(seed).normal(size=(4, 3)) * [1, 1, 0.02]
+        tetrahedron = shapes.platonic("tetrahedron")
+        for null in (tetrahedron, tetrahedron.with_vertices(flattened), Mesh(np.eye(3), [[0, 1, 2]])):
             result = p.sampling(null, strength=5, rng=0)
             assert (result.mesh.n_vertices, result.mesh.n_faces) == (null.n_vertices, null.n_faces)
 
@@ -355,6 +390,8 @@ class TestIsometry:
         rotations = solver.best_rotations(moved)
         np.testing.assert_allclose(rotations, np.broadcast_to(turn, rotations.shape), atol=1e-9)
         np.testing.assert_allclose(solver.positions(rotations), moved, atol=1e-9)
+        crumpled = solver.best_rotations(np.random.default_rng(0).normal(size=moved.shape))
+        np.testing.assert_allclose(np.linalg.det(crumpled), 1, atol=1e-9)
 
     def test_small_pieces_stay(self):
         both = joined(star(), shapes.icosphere(1).translated([20, 0, 0]))

@@ -121,7 +121,7 @@ def _cross(a: FloatArray, b: FloatArray, c: FloatArray, out: FloatArray) -> None
 
 
 @kernel
-def _badness(
+def badness(
     vertex: int,
     into: int,
     vertices: FloatArray,
@@ -190,9 +190,9 @@ def collapse_pass(
                 continue
             if not _may_merge(vertex, into, faces, rim, starts, around, ring, n_ring, other_ring):
                 continue
-            badness = _badness(vertex, into, vertices, faces, starts, around, before, after)
-            if badness < least:
-                best, least = into, badness
+            cost = badness(vertex, into, vertices, faces, starts, around, before, after)
+            if cost < least:
+                best, least = into, cost
         if best < 0:
             continue
         for k in range(starts[vertex], starts[vertex + 1]):
