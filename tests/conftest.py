@@ -27,3 +27,19 @@ def data() -> Path:
     if folder is None:
         pytest.skip("no evaluation data: set PLIANT_DATA to its folder")
     return folder
+
+
+def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:
+    """Say which tests were skipped where none may be."""
+    skipped = terminalreporter.stats.get("skipped", [])
+    if os.environ.get("PLIANT_NO_SKIPS") and skipped:
+        terminalreporter.write_line(f"{len(skipped)} tests were skipped, and none may be here:", red=True)
+        for report in skipped:
+            terminalreporter.write_line(f"  {report.nodeid}: {report.longrepr[-1]}")
+
+
+def pytest_sessionfinish(session: pytest.Session) -> None:
+    """Fail a run that skipped tests where none may be skipped."""
+    reporter = session.config.pluginmanager.get_plugin("terminalreporter")
+    if os.environ.get("PLIANT_NO_SKIPS") and reporter and reporter.stats.get("skipped"):
+        session.exitstatus = pytest.ExitCode.TESTS_FAILED
