@@ -12,7 +12,7 @@ import scipy.sparse as sp
 from numpy.typing import NDArray
 from scipy.sparse.linalg import splu
 
-from .._arrays import FloatArray, IntArray
+from .._arrays import BoolArray, FloatArray, IntArray
 from .._kernels import kernel
 from ..errors import NumericalError
 from ._panels import Panels
@@ -77,8 +77,8 @@ class Pencil:
 class Factor:
     """A factored shift: L - shift M = C D C^T with C unit lower triangular.
 
-    ``below`` counts the eigenvalues under the shift (Sylvester's law of inertia); ``growth`` is the largest
-    entry of C.
+    ``below`` counts the eigenvalues under the shift (Sylvester's law of inertia), one for each row with a
+    ``negative`` pivot; ``growth`` is the largest entry of C.
     """
 
     def __init__(self, factors: Any, shift: float) -> None:
@@ -89,7 +89,8 @@ class Factor:
             self._inverse = 1 / pivots
         # Pivoting off the diagonal would make the inertia meaningless; it happens only at a zero pivot.
         self.sound = bool(np.isfinite(self._inverse).all() and np.array_equal(factors.perm_r, factors.perm_c))
-        self.below = int(np.count_nonzero(pivots < 0))
+        self.negative: BoolArray = pivots < 0
+        self.below = int(np.count_nonzero(self.negative))
 
     @cached_property
     def growth(self) -> float:

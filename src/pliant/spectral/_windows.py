@@ -63,7 +63,7 @@ class WindowSolver:
 
     def _window(self, want: int) -> None:
         factor = self._factor_inside(want)
-        for _attempt in range(4):
+        for _attempt in range(8):
             pairs, space = self._sweep(factor, want)
             cuts = _cuts(pairs, want, _SAFETY * self._tol)
             if not cuts:

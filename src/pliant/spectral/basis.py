@@ -127,7 +127,10 @@ def _computed(operator: Laplacian, k: int, tol: float, n_jobs: int | None, *, pr
     with Panels(operator.n_vertices, n_jobs) as panels, np.errstate(all="ignore"):
         constants = _indicators(labels, pieces, operator.mass)
         try:
-            values, vectors = _pairs(operator, constants, k, tol, panels, progress=progress)
+            if pieces == 1:
+                values, vectors = _pairs(operator, constants, k, tol, panels, progress=progress)
+            else:
+                values, vectors = _pairs_by_piece(operator, constants, labels, k, tol, panels)
         except (NumericalError, np.linalg.LinAlgError) as error:
             message = f"{error}. {_out_of_proportion(operator)}"
             raise NumericalError(message) from error
@@ -146,11 +149,11 @@ def _computed(operator: Laplacian, k: int, tol: float, n_jobs: int | None, *, pr
 def _pairs(
     operator: Laplacian, constants: FloatArray, k: int, tol: float, panels: Panels, *, progress: bool
 ) -> tuple[FloatArray, FloatArray]:
-    """Return k eigenpairs, the constants first, by the solver that suits the operator."""
-    n, pieces = constants.shape
+    """Return k eigenpairs of one connected piece, the constant first, by the solver that suits the operator."""
+    n = operator.n_vertices
     stiffness, mass = operator.stiffness, operator.mass
-    if k <= pieces:
-        return np.zeros(k), np.ascontiguousarray(constants[:, :k])
+    if k == 1:
+        return np.zeros(1), constants
     if n <= _DENSE or 4 * k > n:
         values, vectors = dense_pairs(stiffness, mass, k)
     elif stiffness.nnz > _WIDEST_ROWS * n:
@@ -163,11 +166,58 @@ def _pairs(
         vectors = np.empty_like(inner)
         vectors[pencil.order] = inner
         return values, vectors
-    # These solvers mix the constants among one another; the rest is orthogonal to them already.
-    values[:pieces] = 0
+    values[0] = 0
     vectors = np.ascontiguousarray(vectors)
-    vectors[:, :pieces] = constants
+    vectors[:, :1] = constants
     return values, vectors
+
+
+def _pairs_by_piece(
+    operator: Laplacian, constants: FloatArray, labels: IntArray, k: int, tol: float, panels: Panels
+) -> tuple[FloatArray, FloatArray]:
+    """Return k eigenpairs of a surface in several pieces, each piece solved by itself.
+
+    Identical pieces repeat every eigenvalue, more often than a block method can tell apart.
+    """
+    n, pieces = constants.shape
+    if k <= pieces:
+        return np.zeros(k), np.ascontiguousarray(constants[:, :k])
+    counts = _counts_by_piece(operator, labels, pieces, k)
+    every_value: list[FloatArray] = []
+    columns: list[tuple[IntArray, FloatArray]] = []
+    for piece, count in enumerate(counts):
+        rows = np.flatnonzero(labels == piece)
+        part = Laplacian(operator.stiffness[rows][:, rows], operator.mass[rows][:, rows])
+        values, vectors = _pairs(part, constants[rows, piece : piece + 1], count, tol, panels, progress=False)
+        every_value.append(values)
+        columns.extend((rows, column) for column in vectors.T)
+    values = np.concatenate(every_value)
+    order = np.argsort(values, kind="stable")[:k]
+    result = np.zeros((n, k))
+    for place, which in enumerate(order):
+        rows, column = columns[which]
+        result[rows, place] = column
+    return values[order], result
+
+
+def _counts_by_piece(operator: Laplacian, labels: IntArray, pieces: int, k: int) -> list[int]:
+    """Return how many pairs of each piece are below a cut that has k pairs below it in all, or a few more."""
+    if operator.stiffness.nnz > _WIDEST_ROWS * operator.n_vertices:
+        # No factor to count with: k of each piece are enough.
+        return [int(min(k, size)) for size in np.bincount(labels, minlength=pieces)]
+    pencil = Pencil(operator)
+    low, high = 0.0, np.inf
+    cut = 4 * np.pi * k / operator.area
+    for _ in range(40):
+        factor = pencil.factor(cut)
+        if factor.below >= k:
+            high, best = cut, factor
+            if factor.below <= 1.2 * k + pieces or high < 1.01 * low:
+                break
+        else:
+            low = cut
+        cut = 2 * cut if np.isinf(high) else 0.5 * (low + high)
+    return [int(c) for c in np.bincount(labels[pencil.order[best.negative]], minlength=pieces)]
 
 
 def _indicators(labels: IntArray, pieces: int, mass: CsrArray) -> FloatArray:

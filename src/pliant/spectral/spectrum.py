@@ -200,7 +200,7 @@ class Spectrum:
             If there is none.
         """
         try:
-            with np.load(path, allow_pickle=False) as stored:
+            with Path(path).open("rb") as file, np.load(file, allow_pickle=False) as stored:
                 if str(stored["format"]) != _FORMAT:
                     message = f"{path}: written by another version ({stored['format']}), not {_FORMAT}"
                     raise FileFormatError(message)
