@@ -98,18 +98,38 @@ def _limb_value(solids: FloatArray, limbs: FloatArray, limb: int, x: float, y: f
 
 
 @kernel
+def _gap(limbs: FloatArray, limb: int, x: float, y: float, z: float) -> float:
+    """Lower bound of a limb's field from the ball around it; blends lower the field a little."""
+    dx, dy, dz = x - limbs[limb, 5], y - limbs[limb, 6], z - limbs[limb, 7]
+    gap = math.sqrt(dx * dx + dy * dy + dz * dz) - limbs[limb, 8]
+    return float(limbs[limb, 9] * gap - 2.0 * limbs[limb, 2])
+
+
+@kernel
+def _paired_value(solids: FloatArray, limbs: FloatArray, limb: int, x: float, y: float, z: float) -> float:
+    one = _limb_value(solids, limbs, limb, x, y, z)
+    if limbs[limb, 4] > 0.0 and _gap(limbs, limb, -x, y, z) < one + _PAIR_BLEND:
+        one = _smooth_min(one, _limb_value(solids, limbs, limb, -x, y, z), _PAIR_BLEND)
+    return one
+
+
+@kernel
 def _value(solids: FloatArray, limbs: FloatArray, x: float, y: float, z: float) -> float:
+    nearest, least, widest = 0, _FAR, 0.0
+    for limb in range(len(limbs)):
+        gap = _gap(limbs, limb, x, y, z)
+        widest = max(widest, limbs[limb, 3])
+        if gap < least:
+            nearest, least = limb, gap
+    # No union exceeds one of its members: what is further than that by the widest blend is never felt.
+    bound = _paired_value(solids, limbs, nearest, x, y, z)
+    felt = bound + widest + _PAIR_BLEND
     total = _FAR
     for limb in range(len(limbs)):
-        dx, dy, dz = x - limbs[limb, 5], y - limbs[limb, 6], z - limbs[limb, 7]
-        gap = math.sqrt(dx * dx + dy * dy + dz * dz) - limbs[limb, 8]
-        # Too far to be felt; blends lower a limb's own field a little.
-        if limbs[limb, 9] * gap > total + limbs[limb, 3] + 2.0 * limbs[limb, 2] + _PAIR_BLEND:
-            continue
-        one = _limb_value(solids, limbs, limb, x, y, z)
-        if limbs[limb, 4] > 0.0:
-            one = _smooth_min(one, _limb_value(solids, limbs, limb, -x, y, z), _PAIR_BLEND)
-        total = _smooth_min(total, one, limbs[limb, 3])
+        if limb == nearest:
+            total = _smooth_min(total, bound, limbs[limb, 3])
+        elif _gap(limbs, limb, x, y, z) <= felt:
+            total = _smooth_min(total, _paired_value(solids, limbs, limb, x, y, z), limbs[limb, 3])
     return total
 
 
