@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from .measure import BINS, NEIGHBOURS, Measurement, context_edges, contexts, measure
+from .measure import BINS, NEIGHBOURS, Measurement, contexts, measure
 from .output import report_findings, say, show_facts
 
 if TYPE_CHECKING:
@@ -24,7 +24,7 @@ def demo(folder: Folder = Path("pliant-demo")) -> None:
 
     The mesh is fsaverage5, which the nilearn package ships: no network is needed.
     """
-    from .. import check_up
+    from .. import check_up, gch_edges
     from ..datasets import fsaverage5
 
     folder.mkdir(parents=True, exist_ok=True)
@@ -33,7 +33,7 @@ def demo(folder: Folder = Path("pliant-demo")) -> None:
         mesh = fsaverage5(surface)
         report_findings(surface, check_up(mesh).findings)
         fields[surface] = measure(mesh, f"fsaverage5, left {surface} surface", length_unit="mm")
-    edges = context_edges(*(result.values for result in fields.values()))
+    edges = gch_edges(*(result.values for result in fields.values()), bins=BINS)
     histograms = {name: contexts(result, edges) for name, result in fields.items()}
     distance = _distance(histograms["pial"], histograms["white"])
     fields["pial"].show()

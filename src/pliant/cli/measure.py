@@ -82,7 +82,9 @@ class Measurement:
     def context(self) -> dict[str, Any]:
         """Return the geodesic context histograms and their edges, as :func:`pliant.report.surface_page` takes them."""
         count = min(NEIGHBOURS, self.mesh.n_vertices)
-        edges = context_edges(self.values)
+        from .. import gch_edges
+
+        edges = gch_edges(self.values, bins=BINS)
         caption = f"GCH: share of the {count} nearest vertices"
         return {"histograms": {caption: contexts(self, edges)}, "edges": edges}
 
@@ -125,18 +127,6 @@ class Measurement:
 
     def _place(self, vertex: int) -> list[str]:
         return [f"{coordinate:.5g}" for coordinate in self.mesh.vertices[vertex]]
-
-
-def context_edges(*fields: FloatArray) -> FloatArray:
-    """Return bin edges common to several fields, up to their 98th percentile.
-
-    A field has a long tail: bins up to its greatest value would put nearly every vertex in the first one.
-    Values beyond the edges count in the last bin.
-    """
-    from .. import gch_edges
-
-    cap = np.quantile(np.concatenate(fields), 0.98)
-    return gch_edges(*(np.minimum(field, cap) for field in fields), bins=BINS)
 
 
 def contexts(result: Measurement, edges: FloatArray) -> FloatArray:

@@ -26,8 +26,7 @@ def gch(
     neighbours : Neighbourhoods, or (s, k) array_like of int
         What :func:`pliant.nearest` returns, or a row of vertex numbers for each histogram.
     bins : int
-        Number of bins of equal width between the smallest and largest value of the field; the dissertation uses 10
-        with 50 neighbours.
+        Number of bins, placed by :func:`pliant.gch_edges`; the dissertation uses 10 with 50 neighbours.
     edges : (bins + 1,) array_like of float, optional
         Bin edges instead. **Shapes are only comparable over common edges**: take :func:`pliant.gch_edges`
         of all their fields together.
@@ -73,8 +72,8 @@ def gch(
     return histograms
 
 
-def gch_edges(*fields: ArrayLike, bins: int = 10) -> FloatArray:
-    """Bin edges of equal width that cover one or several fields, so that their histograms compare.
+def gch_edges(*fields: ArrayLike, bins: int = 10, percentile: float = 98.0) -> FloatArray:
+    """Bin edges of equal width that suit one or several fields, so that their histograms compare.
 
     Parameters
     ----------
@@ -82,6 +81,9 @@ def gch_edges(*fields: ArrayLike, bins: int = 10) -> FloatArray:
         One field, or those of all the shapes to be compared.
     bins : int
         Number of bins.
+    percentile : float
+        The last edge is this percentile of all values, which :func:`pliant.gch` then counts in the last bin. A
+        geodesic field has a long tail: with 100, nearly every vertex would land in the first bin.
 
     Returns
     -------
@@ -90,21 +92,23 @@ def gch_edges(*fields: ArrayLike, bins: int = 10) -> FloatArray:
     Raises
     ------
     InputError
-        If there is no field, one is not finite, or ``bins`` is below 1.
+        If there is no field, one is not finite, ``bins`` is below 1 or ``percentile`` not in (0, 100].
 
     Examples
     --------
-    >>> gch_edges([0.0, 2.0], [1.0, 5.0], bins=5)
+    >>> gch_edges([0.0, 2.0], [1.0, 5.0], bins=5, percentile=100)
     array([0., 1., 2., 3., 4., 5.])
     """
     if bins < 1:
         message = f"bins must be at least 1, got {bins}"
         raise InputError(message)
+    if not 0 < percentile <= 100:
+        message = f"percentile must lie in (0, 100], got {percentile}"
+        raise InputError(message)
     if not fields:
         raise InputError("gch_edges needs at least one field")
-    arrays = [_finite(field) for field in fields]
-    low = min(float(a.min()) for a in arrays)
-    high = max(float(a.max()) for a in arrays)
+    values = np.concatenate([_finite(field) for field in fields])
+    low, high = float(values.min()), float(np.percentile(values, percentile))
     # A constant field still needs bins of some width.
     return np.linspace(low, high if high > low else low + 1.0, bins + 1)
 
