@@ -198,8 +198,7 @@ def human(
     Notes
     -----
     A smooth union of round cones, polygonised and remeshed isotropically (Botsch & Kobbelt 2004) on one half,
-    then mirrored. Same arguments, same bytes. About two seconds for 10,000 vertices, seven for 50,000; a
-    pose takes milliseconds.
+    then mirrored. Same arguments, same bytes. About two seconds for 10,000 vertices, seven for 50,000.
 
     Examples
     --------
