@@ -136,10 +136,17 @@ def counted_arcs(
 
 def _edge_slots(skeleton: Elimination, graph: EdgeGraph) -> IntArray:
     """Arc number of each edge of the graph."""
-    ends = np.sort(skeleton.rank[graph.edges].astype(np.int64), axis=1)
-    n = np.int64(graph.n_vertices)
-    tails = np.repeat(np.arange(graph.n_vertices, dtype=np.int64), np.diff(skeleton.rows))
-    slots: IntArray = np.searchsorted(tails * n + skeleton.heads, ends[:, 0] * n + ends[:, 1])
+    slots: IntArray = _find_slots(skeleton.rows, skeleton.heads, skeleton.rank[graph.edges])
+    return slots
+
+
+@kernel
+def _find_slots(rows: Any, heads: Any, ends: Any) -> Any:
+    slots = np.empty(len(ends), np.int64)
+    for e in range(len(ends)):
+        tail, head = min(ends[e, 0], ends[e, 1]), max(ends[e, 0], ends[e, 1])
+        row = heads[rows[tail] : rows[tail + 1]]
+        slots[e] = rows[tail] + np.searchsorted(row, head)
     return slots
 
 
@@ -203,7 +210,7 @@ def _perfect(rows: Any, heads: Any, lengths: Any) -> None:
 def _detours(rows: Any, heads: Any, lengths: Any) -> Any:
     """Every kept arc's tight pairs of lower arcs, those of high middle vertices first."""
     n = len(rows) - 1
-    found_arcs = np.empty((max(16, 2 * len(heads)), 3), np.int32)
+    found_arcs = np.empty((max(16, len(heads)), 3), np.int32)
     found = 0
     # Row v spread over all ranks: a missing arc is too long to be part of anything.
     spread = np.full(n, UNREACHED, np.int32)
