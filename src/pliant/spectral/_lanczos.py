@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -54,9 +55,8 @@ class KrylovSpace:
         self._coupling = np.zeros((BLOCK, 0))
         start = self._rng.standard_normal((pencil.n, BLOCK))
         factor.solve(start, panels)
-        for _ in range(2):
-            self._orthogonalise(start)
-        self._append(start)
+        self._orthogonalise(start)
+        self._append(start, self._orthogonalise(start))
 
     @property
     def size(self) -> int:
@@ -76,15 +76,13 @@ class KrylovSpace:
         panels.each(lambda rows: _assign(new, rows, self._weighed(last, rows)))
         self._factor.solve(new, panels)
         # The three-term recurrence first: what is left of older blocks is rounding, and one pass takes it out.
-        if self.size:
-            before, back = basis[:, end - 2 * BLOCK : end - BLOCK], self._coupling.T
-            panels.each(lambda rows: _subtract(new, before, back, rows))
-        diagonal = panels.total(lambda rows: last[rows].T @ self._weighed(new, rows))
-        panels.each(lambda rows: _subtract(new, last, diagonal, rows))
-        rest = self._orthogonalise(new)
+        before, back = basis[:, end - BLOCK - self._coupling.shape[1] : end - BLOCK], self._coupling.T
+        diagonal = self._subtract(new, before, back, then=last)
+        rest = self._subtract(new, last, diagonal, then=basis[:, :end])
+        gram = self._subtract(new, basis[:, :end], rest, then=new)
         diagonal = diagonal + rest[-BLOCK:]
         self._extend(0.5 * (diagonal + diagonal.T))
-        self._coupling = self._append(new)
+        self._coupling = self._append(new, gram)
 
     def pairs(self) -> RitzPairs:
         """Return the Ritz pairs with positive values, ascending."""
@@ -114,11 +112,47 @@ class KrylovSpace:
         weights = self._pencil.weights
         return weights[rows] * tall[rows] if weights is not None else product(self._pencil.mass[rows], tall)
 
+    def _products(self, left: FloatArray, new: FloatArray, change: Callable[[slice], None]) -> FloatArray:
+        """Change ``new`` row chunk by row chunk, then return the mass products of ``left`` with it.
+
+        Products are formed transposed, the narrow factor first: BLAS does that half again as fast.
+        """
+        if self._pencil.weights is None:
+            # A full mass matrix looks across chunks: every one must have changed before.
+            self._panels.each(change)
+            return self._panels.total(lambda rows: self._weighed(new, rows).T @ left[rows]).T
+
+        def work(rows: slice) -> FloatArray:
+            change(rows)
+            return self._weighed(new, rows).T @ left[rows]
+
+        return self._panels.total(work).T
+
+    def _subtract(
+        self, new: FloatArray, basis: FloatArray, part: FloatArray, *, then: FloatArray
+    ) -> FloatArray:
+        """Take ``basis part`` out of ``new``; return the mass products of ``then`` with what is left."""
+        turned = np.ascontiguousarray(part.T)
+
+        def change(rows: slice) -> None:
+            if part.size:
+                new[rows] -= (turned @ basis[rows].T).T
+
+        return self._products(then, new, change)
+
+    def _transform(self, new: FloatArray, matrix: FloatArray) -> FloatArray:
+        """Multiply a block from the right; return the mass products of the result with itself."""
+
+        def change(rows: slice) -> None:
+            new[rows] = new[rows] @ matrix
+
+        return self._products(new, new, change)
+
     def _orthogonalise(self, new: FloatArray) -> FloatArray:
+        """Make a block orthogonal to the whole basis; return its mass products with itself."""
         held = self._basis[:, : self._end]
-        part = self._panels.total(lambda rows: held[rows].T @ self._weighed(new, rows))
-        self._panels.each(lambda rows: _subtract(new, held, part, rows))
-        return part
+        part = self._products(held, new, lambda rows: None)
+        return self._subtract(new, held, part, then=new)
 
     def _extend(self, diagonal: FloatArray) -> None:
         m = self.size
@@ -130,46 +164,37 @@ class KrylovSpace:
             larger[m - BLOCK : m, m:] = self._coupling.T
         self._projected = larger
 
-    def _append(self, new: FloatArray) -> FloatArray:
-        """Orthonormalise a block, append it and return R with ``old = new R``."""
-        gram = self._gram(new)
+    def _append(self, new: FloatArray, gram: FloatArray) -> FloatArray:
+        """Orthonormalise a block with the given products, append it and return R with ``old = new R``."""
         scale, turned = np.linalg.eigh(gram)
         if scale[0] > _LOST * scale[-1]:
             first = np.linalg.cholesky(gram).T
-            self._transform(new, np.linalg.inv(first))
+            again = self._transform(new, np.linalg.inv(first))
         else:
-            first = self._replace_lost(new, scale, turned)
-        second = np.linalg.cholesky(self._gram(new)).T
-        self._transform(new, np.linalg.inv(second))
+            first, again = self._replace_lost(new, scale, turned)
+        # Twice is enough (Cholesky QR 2: Yamamoto, Nakatsukasa, Yanagisawa & Fukaya 2015).
+        second = np.linalg.cholesky(again).T
+        inverse = np.linalg.inv(second)
         into = self._basis[:, self._end : self._end + BLOCK]
-        self._panels.each(lambda rows: _assign(into, rows, new[rows]))
+        self._panels.each(lambda rows: _assign(into, rows, new[rows] @ inverse))
         self._end += BLOCK
         coupling: FloatArray = second @ first
         return coupling
 
-    def _replace_lost(self, new: FloatArray, scale: FloatArray, turned: FloatArray) -> FloatArray:
+    def _replace_lost(
+        self, new: FloatArray, scale: FloatArray, turned: FloatArray
+    ) -> tuple[FloatArray, FloatArray]:
         """Put random directions where a block lost rank: a whole invariant subspace has been found."""
         kept = scale > max(_LOST * scale[-1], np.finfo(float).tiny)
         sizes = np.sqrt(np.where(kept, scale, 1.0))
         self._transform(new, turned / sizes)
         new[:, ~kept] = self._rng.standard_normal((len(new), int((~kept).sum())))
         for _ in range(2):
-            self._orthogonalise(new)
-            norms = np.sqrt(np.diag(self._gram(new)))
-            self._transform(new, np.diag(1 / norms))
+            norms = np.sqrt(np.diag(self._orthogonalise(new)))
+            gram = self._transform(new, np.diag(1 / norms))
         first: FloatArray = np.where(kept, sizes, 0.0)[:, None] * turned.T
-        return first
-
-    def _gram(self, new: FloatArray) -> FloatArray:
-        return self._panels.total(lambda rows: new[rows].T @ self._weighed(new, rows))
-
-    def _transform(self, new: FloatArray, matrix: FloatArray) -> None:
-        self._panels.each(lambda rows: _assign(new, rows, new[rows] @ matrix))
+        return first, gram
 
 
 def _assign(into: FloatArray, rows: slice, values: FloatArray) -> None:
     into[rows] = values
-
-
-def _subtract(into: FloatArray, basis: FloatArray, part: FloatArray, rows: slice) -> None:
-    into[rows] -= basis[rows] @ part
