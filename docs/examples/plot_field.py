@@ -14,10 +14,13 @@ from pliant.report import hemisphere_views, surface_figure
 
 mesh = fsaverage5("pial")
 field = pliant.gfe(mesh)
-figure = surface_figure(
-    mesh, field, views=hemisphere_views("left"), title="Geodesic field estimate", colour_bar_label="GFE (per mm²)"
-)
-figure
+look = {
+    "views": hemisphere_views("left"),
+    "colour_bar_label": "GFE (per mm²)",
+    "scale": "log",
+    "length_unit": "mm",
+}
+surface_figure(mesh, field, title="Geodesic field estimate", **look)
 
 # %%
 # The traffic concentrates where the surface leaves few ways round. A sample of sources estimates the
@@ -27,9 +30,7 @@ covered = (abs(estimate.values - field) <= estimate.half_widths).mean()
 print(f"{covered:.1%} of the 95 % intervals hold the exact value")
 
 # %%
-# Edges overestimate distances, by up to 15 % depending on direction. Paths that may also cross pairs of
-# triangles come closer to the surface; the field changes where the triangulation has a grain.
+# Paths along edges are a tenth too long on this mesh, more in some directions than in others. Paths that may
+# also cross pairs of triangles come closer to the surface, and the field changes with them.
 refined = pliant.gfe(mesh, graph="refined")
-surface_figure(
-    mesh, refined, views=hemisphere_views("left"), title="The same over refined paths", colour_bar_label="GFE (per mm²)"
-)
+surface_figure(mesh, refined, title="The same over refined paths", **look)

@@ -75,12 +75,13 @@ def test_the_colour_in_the_middle_of_each_view_is_that_of_the_value_there(sphere
 def test_limits_and_missing_values_are_stated(sphere):
     field = sphere.vertices[:, 2].copy()
     field[:7] = np.nan
-    figure = surface_figure(sphere, field, title="Height", colour_bar_label="height (mm)")
+    figure = surface_figure(sphere, field, title="Height", colour_bar_label="height (cm)", length_unit="mm")
     said = texts(figure)
     assert "percentiles 2 to 98" in said
     assert "no value (7 vertices)" in said
-    assert "height (mm)" in said
-    assert "mm" in said
+    assert "height (cm)" in said
+    assert " mm" in said
+    assert " units" in texts(surface_figure(sphere, field))
     assert "percentiles" not in texts(surface_figure(sphere, field, limits=(0, 1)))
 
 

@@ -81,6 +81,8 @@ def _draw(
         views=hemisphere_views("left"),
         title="Geodesic field estimate, fsaverage5, left pial surface",
         colour_bar_label=pial.label,
+        scale="log",
+        length_unit="mm",
     ).savefig(picture)
     spread = folder / "gfe-distribution.png"
     series = {name: result.values for name, result in fields.items()}
@@ -93,6 +95,7 @@ def _draw(
             "GCH distance, pial to white": distance,
         },
         title="Geodesic field of a cortical hemisphere",
+        length_unit="mm",
         histograms={f"GCH, {name} ({NEIGHBOURS} nearest vertices)": h for name, h in histograms.items()},
         edges=edges,
         notes=f"{pial.meaning} FreeSurfer's average brain (fsaverage5), left hemisphere, drawn on the pial surface.",

@@ -104,7 +104,7 @@ def surface_figure(
     scale: Literal["linear", "log"] = "linear",
     title: str = "",
     colour_bar_label: str = "",
-    length_unit: str = "mm",
+    length_unit: str = "",
     width: float = 10.0,
 ) -> Figure:
     """Draw a mesh coloured by one value a vertex, from several sides at one scale.

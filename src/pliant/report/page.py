@@ -41,7 +41,7 @@ def surface_page(
     settings: Mapping[str, object] | None = None,
     colour_map: ColourMap = "viridis",
     up: Axis = "z",
-    length_unit: str = "mm",
+    length_unit: str = "",
 ) -> str:
     """Write an interactive page of a mesh and its per-vertex values, as HTML.
 
