@@ -21,5 +21,13 @@ def summing_kernel(function: F) -> F:
 
     The order is fixed at compile time: the same machine gives the same bytes; another may differ in the last bits.
     """
-    compiled: F = numba.njit(cache=True, nogil=True, error_model="numpy", fastmath={"reassoc", "nsz"})(function)
+    compiled: F = numba.njit(cache=True, nogil=True, error_model="numpy", fastmath={"reassoc", "nsz"})(
+        function
+    )
+    return compiled
+
+
+def inlined_kernel(function: F) -> F:
+    """Compile into its callers: for the small steps of an inner loop, where passing arrays costs more than the step."""
+    compiled: F = numba.njit(inline="always", error_model="numpy")(function)
     return compiled

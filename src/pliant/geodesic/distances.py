@@ -34,7 +34,8 @@ def geodesic_distances(
     sources : int or (s,) array_like of int
         Vertex numbers. Each gets a row of its own; take ``.min(axis=0)`` for the distance to a set.
     method : {"graph", "refined", "heat", "exact"}
-        ``"graph"``: shortest paths along edges; exact for the graph, up to about 15 % above the surface distance.
+        ``"graph"``: shortest paths along edges; exact for the graph, about a tenth above the surface distance,
+        a fifth or more in the worst directions.
         ``"refined"``: along edges and unfolded diagonals; a few per cent above. ``"heat"``: the heat method of
         Crane et al. 2013 on an intrinsic Delaunay triangulation; smooth, close on good triangles, neither
         bound nor metric on bad ones. ``"exact"``: polyhedral geodesics (Mitchell, Mount and Papadimitriou
