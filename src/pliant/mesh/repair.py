@@ -261,6 +261,19 @@ def repaired(mesh: Mesh, *, tolerance: float | None = None) -> Repair:
     -------
     Repair
         The maps of all steps, joined.
+
+    Raises
+    ------
+    MeshError
+        If nothing would be left: no face has an area.
+
+    Examples
+    --------
+    >>> from pliant import Mesh
+    >>> doubled = Mesh([[0, 0, 0], [1, 0, 0], [0, 1, 0], [5, 5, 5]], [[0, 1, 2], [0, 1, 2], [1, 1, 2]])
+    >>> mesh, index_map = repaired(doubled)
+    >>> mesh, index_map.tolist()
+    (Mesh(3 vertices, 1 faces), [0, 1, 2, -1])
     """
     result = _repair(mesh, mesh) if tolerance is None else merged(mesh, tolerance=tolerance)
     for step in (without_degenerate_faces, without_duplicate_faces, without_unreferenced, orient):

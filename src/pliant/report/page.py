@@ -139,6 +139,12 @@ def write_page(path: str | Path, html: str) -> Path:
     ------
     InputError
         If the file cannot be written.
+
+    Examples
+    --------
+    >>> import pathlib, tempfile
+    >>> write_page(pathlib.Path(tempfile.mkdtemp()) / "page.html", "<!doctype html>").name
+    'page.html'
     """
     target = Path(path)
     write_atomically(target, html.encode("utf-8"))
