@@ -34,6 +34,7 @@ from .mesh import repaired as repaired
 from .mesh import save_arrays as save_arrays
 from .mesh import save_mesh as save_mesh
 from .mesh import shapes as shapes
+from .mesh import spin_transform as spin_transform
 from .mesh import with_noise as with_noise
 from .mesh import without_unreferenced as without_unreferenced
 from .report import hemisphere_views as hemisphere_views

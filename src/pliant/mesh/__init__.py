@@ -17,6 +17,7 @@ from .repair import (
     without_duplicate_faces,
     without_unreferenced,
 )
+from .spin import quasi_conformal_error, spin_transform
 from .surface import Mesh
 from .topology import boundary_edges, boundary_loops, edge_faces, vertex_components
 
@@ -38,10 +39,12 @@ __all__ = [
     "orient",
     "perturbed",
     "principal_curvatures",
+    "quasi_conformal_error",
     "repaired",
     "save_arrays",
     "save_mesh",
     "shapes",
+    "spin_transform",
     "triangulated",
     "vertex_components",
     "with_noise",
