@@ -3,6 +3,7 @@
 import hashlib
 import subprocess
 import sys
+from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 import pytest
@@ -11,7 +12,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.sparse.linalg import eigsh
 from scipy.spatial import ConvexHull
-from threadpoolctl import threadpool_limits
+from threadpoolctl import threadpool_info, threadpool_limits
 
 from pliant import Mesh, shapes
 from pliant.errors import FileFormatError, InputError, NumericalError, PliantWarning
@@ -318,6 +319,28 @@ def test_repeated_edge_of_nothing_is_not_a_piece_apart():
     # Two triangles that share an edge whose weight is zero hang together all the same.
     operator = cotan_laplacian([[1, 1, 2**0.5], [1, 1, 2**0.5]], [[0, 1, 2], [1, 0, 3]])
     assert eigenbasis(operator, 3).n_zero == 1
+
+
+def test_wide_rows_with_a_full_mass_still_count_the_mass(monkeypatch):
+    operator = laplacian(shapes.bumpy_sphere(4, rng=1), mass="consistent")
+    expected = eigenbasis(operator, 30)
+    monkeypatch.setattr("pliant.spectral.basis._WIDEST_ROWS", 3)
+    np.testing.assert_allclose(eigenbasis(operator, 30).values, expected.values, rtol=1e-9, atol=1e-12)
+    lumped = laplacian(shapes.bumpy_sphere(3, rng=1))
+    factorless = eigenbasis(lumped, 30)
+    monkeypatch.undo()
+    np.testing.assert_allclose(eigenbasis(lumped, 30).values, factorless.values, rtol=1e-8, atol=1e-12)
+
+
+def test_threads_side_by_side_agree_and_leave_blas_as_it_was():
+    def blas_threads() -> list[int]:
+        return [pool["num_threads"] for pool in threadpool_info() if pool["user_api"] == "blas"]
+
+    before, mesh = blas_threads(), shapes.bumpy_sphere(4, rng=2)
+    with ThreadPoolExecutor(3) as pool:
+        results = list(pool.map(lambda _: eigenbasis(mesh, 30).vectors.tobytes(), range(4)))
+    assert len(set(results)) == 1
+    assert blas_threads() == before
 
 
 @pytest.mark.data

@@ -6,6 +6,7 @@ not depend on the number of threads. BLAS is to run on one thread inside (:meth:
 
 from __future__ import annotations
 
+import threading
 from collections.abc import Callable, Iterable
 from concurrent.futures import ThreadPoolExecutor
 from itertools import pairwise
@@ -25,6 +26,29 @@ R = TypeVar("R")
 _CHUNK = 4096
 
 
+class _SingleBlas:
+    """Keeps BLAS on one thread while anyone is inside; the setting is the process's, so the users are counted."""
+
+    def __init__(self) -> None:
+        self._lock = threading.Lock()
+        self._users = 0
+
+    def enter(self) -> None:
+        with self._lock:
+            if self._users == 0:
+                self._limits = threadpool_limits(1, user_api="blas")
+            self._users += 1
+
+    def leave(self) -> None:
+        with self._lock:
+            self._users -= 1
+            if self._users == 0:
+                self._limits.restore_original_limits()
+
+
+_single_blas = _SingleBlas()
+
+
 class Panels:
     """Threads and row chunks for matrices of n rows; use as a context."""
 
@@ -35,13 +59,13 @@ class Panels:
         self._pool = ThreadPoolExecutor(job_count(n_jobs))
 
     def __enter__(self) -> Panels:
-        self._limits = threadpool_limits(1, user_api="blas")
+        _single_blas.enter()
         return self
 
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
-        self._limits.restore_original_limits()
+        _single_blas.leave()
         self._pool.shutdown(wait=True, cancel_futures=True)
 
     def run(self, work: Callable[[T], R], items: Iterable[T]) -> list[R]:

@@ -83,12 +83,13 @@ def eigenbasis(
 
     Notes
     -----
-    Block Lanczos on (L - s M)^-1 M with the shift s in the upper half of the wanted values, in windows of up
-    to 320 pairs, on a nested-dissection factor. The number of eigenvalues below a cut is counted from
-    the factor's inertia at the cut, so that no pair can be missing, copies of repeated ones included.
+    Block Lanczos on (L - s M)^-1 M with the shift s in the middle of the wanted values, in windows of up to
+    320 pairs, on a nested-dissection factor [1]_. The number of eigenvalues below a cut is counted from the
+    factor's inertia at the cut, so that no pair can be missing, copies of repeated ones included. Pieces
+    of a surface are solved one by one.
 
-    Same input, same bytes on one machine, whatever ``n_jobs``; another BLAS rounds differently. Cost: about a
-    second for 200 pairs of 30,000 vertices on two cores, and about 4 n k numbers of memory. Operators with
+    Same input, same bytes on one machine, whatever ``n_jobs``; another BLAS rounds differently. Cost: one to
+    two seconds for 200 pairs of 30,000 vertices on two cores, and about 4 n k numbers of memory. Operators with
     more than 64 entries a row (``kind="mesh"``) cannot be factored and take far longer.
 
     Repeated eigenvalues fix only the subspace of their vectors.
@@ -156,7 +157,7 @@ def _pairs(
         return np.zeros(1), constants
     if n <= _DENSE or 4 * k > n:
         values, vectors = dense_pairs(stiffness, mass, k)
-    elif stiffness.nnz > _WIDEST_ROWS * n:
+    elif stiffness.nnz > _WIDEST_ROWS * n and operator.lumped:
         values, vectors = factorless_pairs(stiffness, mass, k)
     else:
         pencil = Pencil(operator)
