@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
+from pathlib import Path
 from typing import Annotated, Any
 
 import typer
@@ -44,6 +45,43 @@ def field(
     _show_machine(about)
     columns = ("", "vertices", "seconds", "range", "ms / source", "peak MB", "time / Pliant's", "")
     show_table("All sources; medians of whole calls", columns, (_field_cells(row) for row in rows))
+
+
+@bench.command()
+def spectral(
+    meshes: Annotated[
+        list[Path] | None, typer.Argument(metavar="[MESH...]", help="Mesh files to measure as well.")
+    ] = None,
+    levels: Annotated[str, typer.Option(metavar="L,L,...", help="Subdivisions of the bumpy sphere.")] = "5,6",
+    k: Annotated[int, typer.Option("-k", min=2, help="Eigenpairs.")] = 200,
+    repeats: Repeats = 3,
+    convergence: Annotated[bool, typer.Option(help="Also show how the mesh Laplacian converges.")] = True,
+    as_json: AsJson = False,
+) -> None:
+    """Measure the eigenbasis against SciPy's shift-inverted eigsh, interleaved in one run."""
+    from ..bench import spectral as measurements
+    from ..bench.harness import machine
+
+    rows = list(measurements.run(_levels(levels), repeats, k=k, meshes=meshes or ()))
+    pointwise = measurements.convergence() if convergence else []
+    about = machine()
+    if as_json:
+        say_json({"machine": about, "rows": rows, "convergence": pointwise})
+        return
+    _show_machine(about)
+    _show_rows(f"{k} eigenpairs; medians", rows)
+    if pointwise:
+        _show_rows("Laplacian of xy on random points of the unit sphere: error of 6 xy, by kind", pointwise)
+
+
+def _show_rows(title: str, rows: Sequence[dict[str, Any]]) -> None:
+    """Show rows of one shape under the names of their keys."""
+
+    def text(value: object) -> str:
+        return f"{value:.3g}" if isinstance(value, float) else str(value)
+
+    columns = [name.replace("_", " ") for name in rows[0]]
+    show_table(title, columns, [[text(value) for value in row.values()] for row in rows])
 
 
 def _field_cells(row: dict[str, Any]) -> Sequence[str]:
