@@ -169,9 +169,9 @@ def _one(task: str, settings: Row) -> Row:
         return {"skipped": f"{error.name} is not installed"}
     graph = _graph(settings["level"])
     count = settings["sampled"]
-    sources = (
-        None if count is None else np.random.default_rng(0).choice(graph.n_vertices, count, replace=False)
-    )
+    sources: IntArray | None = None
+    if count is not None:
+        sources = np.random.default_rng(0).choice(np.arange(graph.n_vertices), count, replace=False)
     start = time.perf_counter()
     fixed, result = solve(graph, sources)
     seconds = time.perf_counter() - start

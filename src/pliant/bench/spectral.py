@@ -39,12 +39,13 @@ def convergence(sizes: Sequence[int] = (500, 1000, 2000, 4000, 8000), *, rng: in
     for n in sizes:
         points = np.random.default_rng(rng).standard_normal((n, 3))
         points /= np.linalg.norm(points, axis=1, keepdims=True)
-        mesh = Mesh(points, ConvexHull(points).simplices)
+        mesh = Mesh(points, ConvexHull(points).simplices.astype(np.int64))
         f = points[:, 0] * points[:, 1]
         row: Row = {"vertices": n}
         for kind in ("cotan", "mesh"):
             operator = laplacian(mesh, kind)
-            error = (operator.stiffness @ f) / operator.mass.diagonal() - 6 * f
+            image = np.asarray(operator.stiffness @ f)
+            error = image / operator.mass.diagonal() - 6 * f
             row[f"{kind}_rms"] = float(np.sqrt(np.mean(error**2)))
             row[f"{kind}_max"] = float(np.abs(error).max())
         rows.append(row)
@@ -89,6 +90,6 @@ def _timed(call: Callable[[], tuple[FloatArray, FloatArray]]) -> tuple[float, tu
 def _worst_residual(operator: Laplacian, values: FloatArray, vectors: FloatArray) -> float:
     order = np.argsort(values)[1:]
     values, vectors = values[order], vectors[:, order]
-    weighed = operator.mass @ vectors
-    gap = np.linalg.norm(operator.stiffness @ vectors - weighed * values, axis=0)
+    weighed = np.asarray(operator.mass @ vectors)
+    gap = np.linalg.norm(np.asarray(operator.stiffness @ vectors) - weighed * values, axis=0)
     return float((gap / np.abs(values) / np.linalg.norm(weighed, axis=0)).max())
