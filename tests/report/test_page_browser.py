@@ -55,6 +55,7 @@ def opened(browser, mesh, tmp_path_factory):
         title="An ellipsoid & its <height>",
         histograms={"counts": counts},
         edges=np.linspace(0, 1, 6),
+        length_unit="mm",
     )
     browser.get(write_page(tmp_path_factory.mktemp("page") / "page.html", html).as_uri())
     deadline = time.monotonic() + 30
