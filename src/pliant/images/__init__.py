@@ -4,7 +4,7 @@ from .blur import EdgeChannels, edge_channels, edge_points, geometric_blur
 from .embedding import embed_pair, mutual_matches
 from .matching import PairMatch, match_pair
 from .picture import Picture, as_picture, load_picture
-from .region import best_rectangle
+from .region import best_rectangle, smallest_rectangle
 from .registration import Registration, registrations
 
 __all__ = [
@@ -22,4 +22,5 @@ __all__ = [
     "match_pair",
     "mutual_matches",
     "registrations",
+    "smallest_rectangle",
 ]

@@ -2,19 +2,20 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
 
 from .._arrays import BoolArray, FloatArray, IntArray, frozen
 from ..errors import InputError
-from ._opencv import carried_back, carried_mask, resized
+from ._opencv import carried_back, resized
 from .agreement import Agreement, EvenEdges, agreement, even_edges
+from .alignment import aligned
 from .blur import EdgeChannels, edge_channels, edge_points, geometric_blur
 from .embedding import embed_pair, mutual_matches
 from .picture import Picture, as_picture
-from .region import best_rectangle
+from .region import smallest_rectangle
 from .registration import Registration, carried, registrations
 
 __all__ = ["PairMatch", "View", "match_pair", "view"]
@@ -24,8 +25,9 @@ WORKING_SIZE = 170
 #: Sizes at which the second image is described, so that the two may differ in size.
 _SCALES = (1 / 1.4, 1.0, 1.4)
 # Matches agree with a transform within 4 % of the working diagonal.
-_TOLERANCE = 0.04 * np.sqrt(2) * WORKING_SIZE
+TOLERANCE = 0.04 * np.sqrt(2) * WORKING_SIZE
 _HYPOTHESES = 10
+_SHORTLIST = 6
 _LEAST_SIDE = 16
 _LEAST_POINTS = 8
 
@@ -39,7 +41,7 @@ class PairMatch:
     box1, box2 : (4,) array of float
         x0, y0, x1, y1 in pixels of each source image, x1 and y1 exclusive; all 0 where nothing was found.
     region1, region2 : (h, w) array of bool
-        The part of each box that gains: shared edges enough for its area. At the size of :attr:`Picture.grey`.
+        The part of each box where shared edges are worth their area. At the size of :attr:`Picture.grey`.
     points1, points2 : (m, 2) array of float
         Matched points, nearest first, pixel centres at whole numbers.
     distances : (m,) array of float
@@ -74,7 +76,7 @@ class PairMatch:
 
     def __repr__(self) -> str:
         """Say the boxes, the matches and the score."""
-        boxes = " and ".join(str([int(round(v)) for v in box]) for box in (self.box1, self.box2))
+        boxes = " and ".join(str(np.rint(box).astype(int).tolist()) for box in (self.box1, self.box2))
         why = f": {self.reason}" if self.reason else ""
         return f"PairMatch({boxes}, {len(self.points1)} matches, score {self.score:g}{why})"
 
@@ -102,11 +104,12 @@ class View:
     def box_in_source(self, box: tuple[int, int, int, int]) -> FloatArray:
         """Return a box of working pixels in pixels of the source."""
         factors = np.array([self.to_working[0, 0], self.to_working[1, 1]])
-        return np.array(box, dtype=np.float64) / np.tile(factors, 2)
+        scaled: FloatArray = np.array(box, dtype=np.float64) / np.tile(factors, 2)
+        return scaled
 
     def points_in_source(self, points: FloatArray) -> FloatArray:
         """Return points of the working image in pixels of the source."""
-        return carried(np.linalg.inv(self.to_working), points)
+        return carried(inverse(self.to_working), points)
 
     def region_in_picture(self, region: BoolArray) -> BoolArray:
         """Return a region of working pixels at the picture's size."""
@@ -150,7 +153,7 @@ def match_pair(
     mask2: Any = None,
     features: int = 300,
     dim: int = 40,
-    area_price: float = 0.4,
+    share: float = 0.9,
     intensity_weight: float = 0.0,
     rng: int | np.random.Generator = 0,
 ) -> PairMatch:
@@ -159,12 +162,12 @@ def match_pair(
     Points are drawn from the edges of both images and described by geometric blur; the descriptors of both
     are placed in the eigenvectors of their joint graph (eq. 6.2-6.5). Points that are mutually nearest there
     vote for a transform (a similarity, refined to an affine one: geometric consistency, which eq. 6.1 leaves open).
-    Of the transforms with most votes the one is kept under which the edges agree best.
+    Of the transforms with most votes the one is kept under which the edges agree best, and it is aligned to them.
 
-    Then eq. 6.1 is solved over boxes. Taken as printed its best is the smallest region, so
-    area earns a benefit where edges are shared: a pixel earns its shared edge strength (geometric mean of both
-    images) times the local correlation of oriented edges, in units of its mean over the overlap, and costs
-    ``area_price``; differences of intensity cost ``intensity_weight`` each. The box with the greatest sum is found exactly, in each image.
+    Then eq. 6.1 is solved over boxes. Taken as printed its best is the smallest region, so a pixel earns a
+    benefit: the edge strength shared by both images (geometric mean) times the local correlation of their oriented
+    edges. Area has a price, and the price is the highest at which the best box, found exactly in each image, still holds ``share``
+    of all that can be earned.
 
     Parameters
     ----------
@@ -176,11 +179,12 @@ def match_pair(
         Points in each image (n_GB of the dissertation, there 300).
     dim : int
         Eigenvectors (m of the dissertation, there 20).
-    area_price : float
-        Price of a pixel; a higher one gives smaller boxes.
+    share : float
+        Part of the shared evidence that each box holds; a lower one gives smaller boxes.
     intensity_weight : float
-        Weight of the regulariser r(X', Y'), the difference of mean intensity of the two parts after each image is
-        brought to mean 0 and variance 1. It is applied pixel by pixel, where it bounds the difference of means from above. 0 leaves it out.
+        Weight of the regulariser r(X', Y') of eq. 6.1, the difference of intensity of the two parts, each image
+        brought to mean 0 and variance 1 first. It is charged pixel by pixel, which bounds the difference of the
+        means from above. 0 leaves it out.
     rng : int or Generator
         Seed of the points. The same seed gives the same bytes.
 
@@ -196,11 +200,11 @@ def match_pair(
 
     Notes
     -----
-    ``score`` tells whether the two have anything in common. Unrelated pictures reach 10 to 20 of 300 points. Do not
-    trust the box of a low score, nor one where the same thing fills both
-    images: what the object is, the pictures alone do not say. Rows of like houses can match one house off. Images turned by
+    ``score`` tells whether the two have anything in common; the documentation gives its distribution over unrelated
+    pictures. Do not trust the boxes of a low score, nor those of two images that the same thing fills from edge to edge:
+    what the object is, the pictures alone do not say. Rows of like houses can match one house off. Images turned by
     more than about 20 degrees, or whose object differs in size by more than 2, are beyond it.
-    Cost: 0.4 s on one core, whatever the size of the images.
+    Cost: about 0.4 s on one core, whatever the size of the images.
 
     Examples
     --------
@@ -209,41 +213,53 @@ def match_pair(
     >>> scene = gaussian_filter(np.random.default_rng(0).random((240, 320)), 4)
     >>> scene = (scene - scene.min()) / np.ptp(scene)
     >>> match = match_pair(scene, 1 - scene[20:220, 40:300])   # a crop of the negative
-    >>> bool(np.abs(match.transform[:2, 2] + [40, 20]).max() < 3)
+    >>> bool(np.abs(match.transform[:2, 2] + [40, 20]).max() < 2)
     True
     """
-    if features < _LEAST_POINTS or dim < 1 or area_price < 0 or intensity_weight < 0:
-        message = (
-            f"features must be {_LEAST_POINTS} or more, dim 1 or more, prices and weights not negative, got "
-            f"features={features}, dim={dim}, area_price={area_price}, intensity_weight={intensity_weight}"
-        )
-        raise InputError(message)
+    _check_options(features, dim, share, intensity_weight)
     pictures = as_picture(image1, mask=mask1), as_picture(image2, mask=mask2)
     settings = {
         "method": "proposed",
         "features": features,
         "dim": dim,
-        "area_price": area_price,
+        "share": share,
         "intensity_weight": intensity_weight,
     }
     generator = np.random.default_rng(rng)
     reason = _too_small(*pictures)
     if reason:
         return nothing(*pictures, reason, settings)
-    one, two = (view(picture, features, generator) for picture in pictures)
+    one, two = view(pictures[0], features, generator), view(pictures[1], features, generator)
     reason = _too_plain(one, two)
     if reason:
         return nothing(*pictures, reason, settings)
-    return _matched(one, two, dim, area_price, intensity_weight, settings)
+    return _matched(one, two, dim, share, intensity_weight, settings)
 
 
 def nothing(one: Picture, two: Picture, reason: str, settings: dict[str, Any]) -> PairMatch:
     """Return the match of a pair in which nothing can be found."""
-    empty = np.zeros((0, 2))
-    regions = (np.zeros(picture.grey.shape, dtype=bool) for picture in (one, two))
     return PairMatch(
-        np.zeros(4), np.zeros(4), *regions, empty, empty, np.zeros(0), None, 0.0, reason, settings
+        box1=np.zeros(4),
+        box2=np.zeros(4),
+        region1=np.zeros(one.grey.shape, dtype=bool),
+        region2=np.zeros(two.grey.shape, dtype=bool),
+        points1=np.zeros((0, 2)),
+        points2=np.zeros((0, 2)),
+        distances=np.zeros(0),
+        transform=None,
+        score=0.0,
+        reason=reason,
+        settings=settings,
     )
+
+
+def _check_options(features: int, dim: int, share: float, intensity_weight: float) -> None:
+    if features < _LEAST_POINTS or dim < 1 or not 0 < share < 1 or not intensity_weight >= 0:
+        message = (
+            f"features must be {_LEAST_POINTS} or more, dim 1 or more, share between 0 and 1 and intensity_weight not "
+            f"negative, got features={features}, dim={dim}, share={share}, intensity_weight={intensity_weight}"
+        )
+        raise InputError(message)
 
 
 def _too_small(*pictures: Picture) -> str:
@@ -266,99 +282,133 @@ def _too_plain(*views: View) -> str:
 
 
 def _matched(
-    one: View, two: View, dim: int, area_price: float, intensity_weight: float, settings: dict[str, Any]
+    one: View, two: View, dim: int, share: float, intensity_weight: float, settings: dict[str, Any]
 ) -> PairMatch:
-    pairs, distances = _joint_matches(one, two, dim)
     even1, even2 = even_edges(one.edges), even_edges(two.edges)
-    best = _registered(one, two, pairs, even1, even2)
+    best = _registered(one, two, even1, even2, dim)
     if best is None:
         reason = "no transform brings three matches together"
         return nothing(one.picture, two.picture, reason, settings)
-    shown = agreement(even1, even2, best.transform)
-    benefit = _benefit(one, two, shown, best.transform, area_price, intensity_weight)
-    box1, region1 = _solved(benefit, shown.overlap, area_price)
-    inverse = np.linalg.inv(best.transform)
-    shape2 = two.grey.shape
-    box2, region2 = _solved(
-        carried_back(benefit, inverse, shape2).astype(np.float64),
-        carried_mask(shown.overlap, inverse, shape2),
-        area_price,
-    )
-    kept = pairs[best.inliers]
+    transform = _full(best.transform)
+    shown = agreement(even1, even2, transform)
+    evidence = _evidence(one, two, shown, transform, intensity_weight)
+    box1, region1 = _solved(evidence, share)
+    back = carried_back(evidence, inverse(transform), two.grey.shape[:2])
+    box2, region2 = _solved(np.maximum(back.astype(np.float64), 0), share)
+    inliers = best.registration.inliers
+    kept = best.pairs[inliers]
     return PairMatch(
-        one.box_in_source(box1),
-        two.box_in_source(box2),
-        one.region_in_picture(region1),
-        two.region_in_picture(region2),
-        one.points_in_source(one.points[kept[:, 0]].astype(np.float64)),
-        two.points_in_source(two.points[kept[:, 1]].astype(np.float64)),
-        distances[best.inliers],
-        np.linalg.inv(two.to_working) @ best.transform @ one.to_working,
-        float(np.count_nonzero(best.inliers)),
+        box1=one.box_in_source(box1),
+        box2=two.box_in_source(box2),
+        region1=one.region_in_picture(region1),
+        region2=two.region_in_picture(region2),
+        points1=one.points_in_source(one.points[kept[:, 0]].astype(np.float64)),
+        points2=two.points_in_source(two.points[kept[:, 1]].astype(np.float64)),
+        distances=best.distances[inliers],
+        transform=inverse(two.to_working) @ transform @ one.to_working,
+        score=float(np.count_nonzero(inliers)),
+        reason="" if evidence.any() else "the registered images share no edges",
         settings=settings,
     )
 
 
-def _joint_matches(one: View, two: View, dim: int) -> tuple[IntArray, FloatArray]:
-    """Return the mutually nearest points in the joint embedding, the second image at the size that fits best."""
+@dataclass(frozen=True, eq=False)
+class _Candidate:
+    """A registration with the matches it came from, its transform at half size, and what speaks for that."""
+
+    registration: Registration
+    pairs: IntArray
+    distances: FloatArray
+    transform: FloatArray
+    merit: float
+
+    def moved(self, one: EvenEdges, two: EvenEdges, transform: FloatArray) -> _Candidate:
+        """Return the same with another transform: consensus times agreement of edges speaks for it."""
+        alike = agreement(one, two, transform, window=3.0).total
+        merit = self.registration.consensus * max(alike, 0.0)
+        return replace(self, transform=transform, merit=merit)
+
+
+def joint_matches(one: View, two: View, dim: int, *, scale: float = 1.0) -> tuple[IntArray, FloatArray]:
+    """Return the mutually nearest points in the joint embedding, nearest first, and their distances.
+
+    Parameters
+    ----------
+    one, two : View
+    dim : int
+        Eigenvectors.
+    scale : float
+        At which the second image is described, the first being described at 1.
+
+    Returns
+    -------
+    pairs : (m, 2) array of int
+        Rows of the points of each view.
+    distances : (m,) array of float
+    """
     first = geometric_blur(one.edges, one.points)
-    best, most = None, -1.0
-    for scale in _SCALES:
-        second = geometric_blur(two.edges, two.points, scale=scale)
-        pairs, _ = mutual_matches(first, second)
-        found = registrations(one.points[pairs[:, 0]], two.points[pairs[:, 1]], _TOLERANCE, count=1)
-        consensus = found[0].consensus if found else 0.0
-        if consensus > most:
-            best, most = second, consensus
-    embedded = embed_pair(first, best if best is not None else first, dim)
-    return mutual_matches(*embedded)
+    second = geometric_blur(two.edges, two.points, scale=scale)
+    return mutual_matches(*embed_pair(first, second, dim))
 
 
-def _registered(
-    one: View, two: View, pairs: IntArray, even1: EvenEdges, even2: EvenEdges
-) -> Registration | None:
-    """Return the registration with the best consensus times agreement of edges, judged at half size."""
-    found = registrations(one.points[pairs[:, 0]], two.points[pairs[:, 1]], _TOLERANCE, count=_HYPOTHESES)
-    half = np.array([[0.5, 0, -0.25], [0, 0.5, -0.25], [0, 0, 1.0]])
+def _registered(one: View, two: View, even1: EvenEdges, even2: EvenEdges, dim: int) -> _Candidate | None:
+    """Return the best of the registrations at all sizes, judged and finely aligned at half size."""
     small1, small2 = even1.reduced(2), even2.reduced(2)
+    found = []
+    for scale in _SCALES:
+        pairs, distances = joint_matches(one, two, dim, scale=scale)
+        for candidate in registrations(
+            one.points[pairs[:, 0]], two.points[pairs[:, 1]], TOLERANCE, count=_HYPOTHESES
+        ):
+            rough = _half(candidate.transform)
+            entry = _Candidate(candidate, pairs, distances, rough, 0.0)
+            found.append(entry.moved(small1, small2, rough))
+    shortlist = sorted(found, key=lambda c: -c.merit)[:_SHORTLIST]
+    fine = [c.moved(small1, small2, aligned(small1, small2, c.transform)) for c in shortlist]
+    return max(fine, key=lambda c: c.merit, default=None)
 
-    def merit(candidate: Registration) -> float:
-        transform = half @ candidate.transform @ np.linalg.inv(half)
-        return candidate.consensus * max(agreement(small1, small2, transform, window=3.0).total, 0.0)
 
-    return max(found, key=merit, default=None)
+_TO_HALF = np.array([[0.5, 0, -0.25], [0, 0.5, -0.25], [0, 0, 1.0]])
+_FROM_HALF = np.array([[2, 0, 0.5], [0, 2, 0.5], [0, 0, 1.0]])
 
 
-def _benefit(
-    one: View,
-    two: View,
-    shown: Agreement,
-    transform: FloatArray,
-    area_price: float,
-    intensity_weight: float,
+def _half(transform: FloatArray) -> FloatArray:
+    """Return a transform for images of half the size."""
+    return _TO_HALF @ transform @ _FROM_HALF
+
+
+def _full(transform: FloatArray) -> FloatArray:
+    return _FROM_HALF @ transform @ _TO_HALF
+
+
+def _evidence(
+    one: View, two: View, shown: Agreement, transform: FloatArray, intensity_weight: float
 ) -> FloatArray:
+    """Return what each pixel of the first image earns, none of it negative."""
     gain = shown.shared * np.maximum(shown.correlation, 0)
-    usual = gain[shown.overlap].mean() if shown.overlap.any() else 0.0
-    benefit = gain / usual if usual > 0 else gain
-    if intensity_weight > 0:
-        other = carried_back(_standardised(two), transform, one.grey.shape)
-        benefit = benefit - intensity_weight * np.abs(_standardised(one) - other)
-    return np.where(shown.overlap, benefit, 0.0) - area_price
+    if intensity_weight > 0 and shown.overlap.any():
+        other = carried_back(_standardised(two), transform, one.grey.shape[:2])
+        apart = np.abs(_standardised(one) - other)
+        gain = np.maximum(gain - intensity_weight * gain[shown.overlap].mean() * apart, 0)
+    return np.where(shown.overlap, gain, 0.0)
 
 
 def _standardised(seen: View) -> FloatArray:
     inside = seen.grey[seen.edges.mask]
     spread = float(inside.std())
-    return (seen.grey - inside.mean()) / (spread if spread > 0 else 1.0)
+    return (seen.grey - float(inside.mean())) / (spread if spread > 0 else 1.0)
 
 
-def _solved(
-    benefit: FloatArray, overlap: BoolArray, area_price: float
-) -> tuple[tuple[int, int, int, int], BoolArray]:
-    """Return the best box and the pixels in it that gain."""
-    gains = np.where(overlap, benefit, -max(area_price, 1e-9))
-    box, _ = best_rectangle(gains)
-    region = np.zeros(overlap.shape, dtype=bool)
+def _solved(evidence: FloatArray, share: float) -> tuple[tuple[int, int, int, int], BoolArray]:
+    """Return the box and the pixels in it that are worth their price."""
+    box, price = smallest_rectangle(evidence, share)
+    region = np.zeros(evidence.shape, dtype=bool)
     part = (slice(box[1], box[3]), slice(box[0], box[2]))
-    region[part] = gains[part] > 0
+    region[part] = evidence[part] > price
     return box, region
+
+
+def inverse(transform: FloatArray) -> FloatArray:
+    """Return the inverse of a 3 x 3 transform."""
+    result: FloatArray = np.linalg.inv(transform)
+    return result
