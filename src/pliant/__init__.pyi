@@ -7,6 +7,9 @@ from .errors import MissingExtraError as MissingExtraError
 from .errors import NumericalError as NumericalError
 from .errors import PliantError as PliantError
 from .errors import PliantWarning as PliantWarning
+from .descriptors import bdk as bdk
+from .descriptors import hks as hks
+from .descriptors import wks as wks
 from .geodesic import EdgeGraph as EdgeGraph
 from .geodesic import FieldEstimate as FieldEstimate
 from .geodesic import GeodesicHierarchy as GeodesicHierarchy
