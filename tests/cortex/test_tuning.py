@@ -144,3 +144,23 @@ def test_signature_is_its_parts() -> None:
         ContextSignature(count=5, radius=1.0)
     with pytest.raises(InputError, match="smoothing"):
         ContextSignature(smoothing=-1)
+
+
+def test_logarithmic_bins() -> None:
+    ball = shapes.bumpy_sphere(subdivisions=2, rng=0)
+    setting = ContextSignature(scale="log", weights="uniform")
+    field = setting.field(ball)
+    plain = gfe(ball, weights="uniform")
+    floor = np.median(plain) / 1000
+    np.testing.assert_allclose(np.exp(field), np.maximum(plain, floor))
+    edges = np.array(setting.with_edges_of(field).edges)
+    np.testing.assert_allclose(edges[[0, -1]], np.percentile(field, [2, 98]))
+    # Relative changes alone count: twice the field moves the bins and nothing else.
+    twice = setting.with_edges_of(field + np.log(2))
+    np.testing.assert_allclose(
+        twice.histograms(ball, field + np.log(2)),
+        setting.with_edges_of(field).histograms(ball, field),
+        atol=0.041,
+    )
+    with pytest.raises(InputError, match="scale"):
+        ContextSignature(scale="cubic")  # type: ignore[arg-type]

@@ -3,19 +3,22 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from typing import Literal
 
 import numpy as np
 import scipy.sparse as sp
 from numpy.typing import ArrayLike
 
 from .._arrays import FloatArray
-from ..errors import InputError
+from ..errors import InputError, MeshError
 from ..geodesic import gch, gch_edges, gfe, nearest
 from ..geodesic.field import Weights
 from ..geodesic.graph import GraphKind
 from ..mesh import Mesh
 
 __all__ = ["ContextSignature"]
+
+_FLOOR = 1e-3
 
 
 @dataclass(frozen=True)
@@ -37,6 +40,9 @@ class ContextSignature:
     smoothing : int
         Before distances are measured, so many rounds in which each vertex moves half-way to the mean of its
         neighbours. Three remove most of what noise at the scale of an edge does to the field.
+    scale : {"linear", "log"}
+        Bins over the field, or over its natural logarithm. Traffic differs between places by orders of magnitude:
+        linear bins see mostly how it changes where there is much of it, logarithmic ones see relative changes.
 
     Examples
     --------
@@ -55,6 +61,7 @@ class ContextSignature:
     weights: Weights = "area"
     graph: GraphKind = "edges"
     smoothing: int = 0
+    scale: Literal["linear", "log"] = "linear"
 
     def __post_init__(self) -> None:
         if self.count is not None and self.radius is not None:
@@ -62,14 +69,27 @@ class ContextSignature:
         if self.smoothing < 0:
             message = f"smoothing must be a number of rounds, at least 0, got {self.smoothing}"
             raise InputError(message)
+        if self.scale not in ("linear", "log"):
+            message = f'scale must be "linear" or "log", got {self.scale!r}'
+            raise InputError(message)
 
     def surface(self, mesh: Mesh) -> Mesh:
         """Return the mesh as it is measured: smoothed where that is asked for."""
         return _smoothed(mesh, self.smoothing) if self.smoothing else mesh
 
     def field(self, mesh: Mesh, *, n_jobs: int | None = None) -> FloatArray:
-        """(n,) geodesic field estimate of the smoothed mesh."""
-        return gfe(self.surface(mesh), weights=self.weights, graph=self.graph, n_jobs=n_jobs)
+        """(n,) geodesic field estimate of the smoothed mesh, or its logarithm.
+
+        Where no path passes the logarithm is that of a thousandth of the median.
+        """
+        values = gfe(self.surface(mesh), weights=self.weights, graph=self.graph, n_jobs=n_jobs)
+        if self.scale == "linear":
+            return values
+        floor = _FLOOR * float(np.median(values))
+        if not floor > 0:
+            raise MeshError("paths pass less than half of the vertices: the field has no useful logarithm")
+        logarithms: FloatArray = np.log(np.maximum(values, floor))
+        return logarithms
 
     def histograms(
         self, mesh: Mesh, field: ArrayLike, vertices: ArrayLike | None = None, *, n_jobs: int | None = None
@@ -88,6 +108,10 @@ class ContextSignature:
     def with_edges_of(self, *fields: ArrayLike, percentile: float = 98.0) -> ContextSignature:
         """Return the same settings with bin edges that suit all the given fields together."""
         edges = gch_edges(*fields, bins=self.bins, percentile=percentile)
+        if self.scale == "log":
+            # A logarithm has a tail on both sides.
+            low = np.percentile(np.concatenate([np.ravel(field) for field in fields]), 100 - percentile)
+            edges = np.linspace(low, edges[-1], self.bins + 1) if low < edges[-1] else edges
         return replace(self, edges=tuple(edges.tolist()))
 
     def __call__(self, mesh: Mesh) -> FloatArray:
