@@ -67,7 +67,7 @@ def test_a_mesh_is_sampled_by_geodesic_distance():
 def test_every_piece_of_a_mesh_gets_a_point_first():
     ball = shapes.icosphere(1)
     n = ball.n_vertices
-    parts = [ball.vertices + [9 * i, 0, 0] for i in range(4)]
+    parts = [ball.vertices + np.array([9 * i, 0, 0]) for i in range(4)]
     mesh = pliant.Mesh(np.vstack(parts), np.vstack([ball.faces + i * n for i in range(4)]))
     assert sorted(farthest_points(mesh, 4) // n) == [0, 1, 2, 3]
 

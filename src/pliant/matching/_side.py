@@ -67,7 +67,7 @@ def side_of(mesh: Mesh | None, spectrum: Spectrum, descriptors: FloatArray, samp
         at,
         unit_vectors(spectrum, k)[at],
         spectrum.values[:k] * spectrum.area,
-        biharmonic_embedding(spectrum.truncated(k))[at] / spectrum.area,
+        biharmonic_embedding(spectrum.truncated(k))[at] / spectrum.area**0.5,
         descriptors[at],
         None if mesh is None or not is_oriented(mesh) else _turns(mesh, unit_vectors(spectrum, TURNING))[at],
     )

@@ -152,7 +152,9 @@ def _margins(between: FloatArray, rows: IntArray, matches: IntArray) -> FloatArr
     others = between[rows].copy()
     others[np.arange(len(rows)), matches] = np.inf
     second = others.min(axis=1, initial=np.inf)
-    margins: FloatArray = 1 - np.divide(nearest, second, out=np.ones_like(nearest), where=second > 0)
+    # Copies are told apart by rounding only, which is no reason to be sure.
+    rounding = 1e-9 * between.max()
+    margins: FloatArray = (second - nearest) / np.maximum(second + rounding, np.finfo(float).tiny)
     return margins
 
 
