@@ -85,8 +85,9 @@ def even_edges(edges: EdgeChannels) -> EvenEdges:
     strength = np.sqrt((channels**2).sum(axis=0))
     near = blurred(strength, _EVENING) / np.maximum(blurred(edges.mask, _EVENING), 0.1)
     usual = near[edges.mask].mean() if edges.mask.any() else 0.0
+    even: Image = (channels / (near + _FLOOR * usual + 1e-9)).astype(np.float32)
     return EvenEdges(
-        channels / (near + _FLOOR * usual + 1e-9), blurred(edges.strength, _SMOOTHING), edges.mask
+        even, blurred(edges.strength, _SMOOTHING), edges.mask
     )
 
 

@@ -302,7 +302,9 @@ def _normalised(descriptors: FloatArray, normalise: Normalise) -> FloatArray:
         return values
     if normalise == "l2":
         length = np.linalg.norm(values, axis=1, keepdims=True)
-        return np.divide(values, length, out=np.zeros_like(values), where=length > 0)
+        unit: FloatArray = np.divide(values, length, out=np.zeros_like(values), where=length > 0)
+        return unit
     total = values.sum(axis=1, keepdims=True)
     shares = np.divide(values, total, out=np.zeros_like(values), where=total > 0)
-    return np.sqrt(np.maximum(shares, 0))
+    roots: FloatArray = np.sqrt(np.maximum(shares, 0))
+    return roots

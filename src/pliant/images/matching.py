@@ -16,7 +16,7 @@ from .blur import EdgeChannels, edge_channels, edge_points, geometric_blur
 from .embedding import embed_pair, mutual_matches
 from .picture import Picture, as_picture
 from .region import smallest_rectangle
-from .registration import Registration, carried, registrations
+from .registration import Registration, carried, inverse, registrations
 
 __all__ = ["PairMatch", "View", "match_pair", "view"]
 
@@ -166,8 +166,8 @@ def match_pair(
 
     Then eq. 6.1 is solved over boxes. Taken as printed its best is the smallest region, so a pixel earns a
     benefit: the edge strength shared by both images (geometric mean) times the local correlation of their oriented
-    edges. Area has a price, and the price is the highest at which the best box, found exactly in each image, still holds ``share``
-    of all that can be earned.
+    edges. Area has a price, and the price is the highest at which the best box, found exactly in each image,
+    still holds ``share`` of all that can be earned.
 
     Parameters
     ----------
@@ -201,8 +201,8 @@ def match_pair(
     Notes
     -----
     ``score`` tells whether the two have anything in common; the documentation gives its distribution over unrelated
-    pictures. Do not trust the boxes of a low score, nor those of two images that the same thing fills from edge to edge:
-    what the object is, the pictures alone do not say. Rows of like houses can match one house off. Images turned by
+    pictures. Do not trust the boxes of a low score, nor those of two images that the same thing fills from edge
+    to edge: what the object is, the pictures alone do not say. Rows of like houses can match one house off. Images turned by
     more than about 20 degrees, or whose object differs in size by more than 2, are beyond it.
     Cost: about 0.4 s on one core, whatever the size of the images.
 
@@ -226,7 +226,7 @@ def match_pair(
         "intensity_weight": intensity_weight,
     }
     generator = np.random.default_rng(rng)
-    reason = _too_small(*pictures)
+    reason = unusable(*pictures)
     if reason:
         return nothing(*pictures, reason, settings)
     one, two = view(pictures[0], features, generator), view(pictures[1], features, generator)
@@ -262,7 +262,8 @@ def _check_options(features: int, dim: int, share: float, intensity_weight: floa
         raise InputError(message)
 
 
-def _too_small(*pictures: Picture) -> str:
+def unusable(*pictures: Picture) -> str:
+    """Say why pictures are too small for matching; empty where they are not."""
     for number, picture in enumerate(pictures, 1):
         if min(picture.size) < _LEAST_SIDE:
             width, height = picture.size
@@ -406,9 +407,3 @@ def _solved(evidence: FloatArray, share: float) -> tuple[tuple[int, int, int, in
     part = (slice(box[1], box[3]), slice(box[0], box[2]))
     region[part] = evidence[part] > price
     return box, region
-
-
-def inverse(transform: FloatArray) -> FloatArray:
-    """Return the inverse of a 3 x 3 transform."""
-    result: FloatArray = np.linalg.inv(transform)
-    return result

@@ -39,11 +39,11 @@ def inside_of_padding(grey: FloatArray) -> BoolArray:
 
     Notes
     -----
-    A connected piece counts as fill if it is of one end of the range, touches a corner or covers most of a side, and holds
-    almost only one value to half a grey level. What is left must be convex, as a warped frame is: the paper
+    A connected piece counts as fill if it is of one end of the range, touches a corner or covers most of a side,
+    and holds almost only one value to half a grey level. What is left must be convex, as a warped frame is: the paper
     around a drawing and a black night sky above roofs are not fill. Two pixels along the fill are left out too,
-    where warping blends it with the picture. A clipped sky with a straight lower edge cannot be told from fill: give a mask
-    where it matters.
+    where warping blends it with the picture. A clipped sky with a straight lower edge cannot be told
+    from fill: give a mask where it matters.
 
     Examples
     --------

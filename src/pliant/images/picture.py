@@ -25,6 +25,7 @@ MAX_PIXELS = 178_956_970
 # Matching works on a few hundred pixels; more than this a side is only for the eye.
 MAX_SIDE = 2048
 _SMALLEST_ALPHA = 0.5
+_LUMINANCE = np.array([0.299, 0.587, 0.114], dtype=np.float32)
 
 
 @dataclass(frozen=True, eq=False)
@@ -109,8 +110,8 @@ def as_picture(image: Any, *, mask: Any = None) -> Picture:
     Parameters
     ----------
     image : Picture, str, Path, or array_like
-        An array is (h, w), (h, w, 1), (h, w, 3) or (h, w, 4), in 0..255 (uint8), 0..65535 (uint16) or 0..1 (float); four
-        channels have transparency last.
+        An array is (h, w), (h, w, 1), (h, w, 3) or (h, w, 4), in 0..255 (uint8), 0..65535 (uint16) or 0..1
+        (float); four channels have transparency last.
     mask : file or (h, w) array_like, optional
         See :func:`load_picture`; replaces the mask of a :class:`Picture`.
 
@@ -210,7 +211,7 @@ def _from_array(
     values = _unit_range(pixels, name)
     alpha = values[..., 3] if values.ndim == 3 and values.shape[2] == 4 else None
     colour = values[..., :3] if values.ndim == 3 and values.shape[2] > 1 else None
-    grey = values.reshape(values.shape[:2]) if colour is None else colour @ np.float32([0.299, 0.587, 0.114])
+    grey = values.reshape(values.shape[:2]) if colour is None else colour @ _LUMINANCE
     longest = max(size)
     shape = grey.shape
     if max(shape) > MAX_SIDE:

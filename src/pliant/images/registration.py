@@ -11,7 +11,7 @@ from .._arrays import BoolArray, FloatArray, as_floats
 from .._kernels import kernel
 from ..errors import InputError
 
-__all__ = ["Registration", "carried", "registrations"]
+__all__ = ["Registration", "carried", "inverse", "registrations"]
 
 # Matches beyond these, farthest first, are not used to make hypotheses.
 _MOST_MATCHES = 200
@@ -124,6 +124,12 @@ def carried(transform: FloatArray, points: ArrayLike) -> FloatArray:
     flat = as_floats(points, "points").reshape(-1, 2)
     homogeneous = np.column_stack([flat, np.ones(len(flat))]) @ transform.T
     result: FloatArray = homogeneous[:, :2] / homogeneous[:, 2:]
+    return result
+
+
+def inverse(transform: FloatArray) -> FloatArray:
+    """Return the inverse of a 3 x 3 transform."""
+    result: FloatArray = np.linalg.inv(transform)
     return result
 
 
