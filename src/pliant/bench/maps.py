@@ -17,7 +17,6 @@ from ..matching import dense_map
 from ..mesh import load_mesh
 from ..spectral import eigenbasis
 
-
 __all__ = ["run"]
 
 

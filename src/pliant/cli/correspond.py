@@ -1,0 +1,89 @@
+"""``pliant correspond``: points of two surfaces matched by their signatures."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from .field import AsJson, MeshFile
+from .output import report_findings, say, say_json, show_facts, with_ending
+
+if TYPE_CHECKING:
+    from .. import Correspondence, Mesh
+
+
+def _table_file(path: Path | None) -> Path | None:
+    return with_ending(path, (".csv", ".json"))
+
+
+Pairs = Annotated[
+    Path | None,
+    typer.Option("--out", "-o", metavar="OUT", callback=_table_file, help="Write the pairs: .csv, .json."),
+]
+
+
+def correspond(
+    a: MeshFile,
+    b: Annotated[Path, typer.Argument(metavar="MESH", help="The other mesh.")],
+    out: Pairs = None,
+    samples: Annotated[int, typer.Option(min=3, help="Points of each surface to match.")] = 200,
+    least_confidence: Annotated[
+        float, typer.Option(min=0, max=1, help="Drop pairs below this confidence.")
+    ] = 0.0,
+    as_json: AsJson = False,
+) -> None:
+    """Match points of two surfaces by their biharmonic density, up to the shapes' own symmetries."""
+    from .. import check_up, load_mesh
+    from .. import correspond as matched
+
+    surfaces = [load_mesh(path) for path in (a, b)]
+    for path, surface in zip((a, b), surfaces, strict=True):
+        report_findings(path.name, check_up(surface).findings)
+    found = matched(*surfaces, samples=samples, least_confidence=least_confidence)
+    rows = _rows(found, *surfaces)
+    if out is not None:
+        _write(out, rows)
+    if as_json:
+        say_json({"a": str(a), "b": str(b), "pairs": rows, "written": [] if out is None else [str(out)]})
+        return
+    show_facts(f"{a.name} and {b.name}", {"pairs": str(len(found)), **_confidences(found)})
+    if out is not None:
+        say(f"wrote {out}")
+
+
+def _confidences(found: Correspondence) -> dict[str, str]:
+    if not len(found):
+        return {}
+    low, middle, high = (float(found.confidence[i]) for i in (-1, len(found) // 2, 0))
+    return {"confidence": f"{low:.2f} to {high:.2f}, median {middle:.2f}"}
+
+
+def _rows(found: Correspondence, a: Mesh, b: Mesh) -> list[dict[str, Any]]:
+    pairs = zip(found.points_a.tolist(), found.points_b.tolist(), found.confidence.tolist(), strict=True)
+    return [
+        {
+            "vertex_a": i,
+            "vertex_b": j,
+            "confidence": confidence,
+            "position_a": a.vertices[i].tolist(),
+            "position_b": b.vertices[j].tolist(),
+        }
+        for i, j, confidence in pairs
+    ]
+
+
+def _write(path: Path, rows: list[dict[str, Any]]) -> None:
+    import csv
+    import json
+
+    if path.name.lower().endswith(".json"):
+        path.write_text(json.dumps(rows, indent=2), encoding="utf-8")
+        return
+    with path.open("w", newline="", encoding="utf-8") as file:
+        writer = csv.writer(file)
+        writer.writerow(["vertex_a", "vertex_b", "confidence", *(f"{c}_{s}" for s in "ab" for c in "xyz")])
+        for row in rows:
+            head = (row["vertex_a"], row["vertex_b"], row["confidence"])
+            writer.writerow([*head, *row["position_a"], *row["position_b"]])
