@@ -7,8 +7,12 @@ from typing import Annotated
 import typer
 
 from .bench import bench
+from .components import components
+from .correspond import correspond
+from .cortex import cortex
 from .demo import demo
 from .field import field
+from .image import image
 from .inspect import inspect
 
 app = typer.Typer(
@@ -22,7 +26,11 @@ app = typer.Typer(
 app.command()(demo)
 app.command()(inspect)
 app.command()(field)
+app.command()(cortex)
+app.command()(components)
+app.command()(correspond)
 app.add_typer(bench)
+app.add_typer(image)
 
 
 def _print_version(wanted: bool) -> None:

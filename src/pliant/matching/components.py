@@ -65,7 +65,7 @@ def key_components(
     spectrum: Spectrum | None = None,
     descriptor: ArrayLike | None = None,
     clusters: int = 2,
-    least_area: float = 0.001,
+    least_area: float = 0.005,
     rng: int | np.random.Generator = 0,
 ) -> KeyComponents:
     """Find the regions where a shape is locally distinctive: paws, ears, the tip of the tail.
