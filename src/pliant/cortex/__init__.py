@@ -5,6 +5,7 @@ from .comparison import GroupComparison, RankAgreement, compare_groups, false_di
 from .context import ContextSignature
 from .cylinder import ConformalCylinder, conformal_cylinder
 from .landmarks import Landmarks, landmarks_at, parcel_centres, read_landmarks, snapped_landmarks
+from .synthetic import SyntheticCohort, synthetic_cohort
 from .tuning import (
     DeformationResponse,
     NoiseCurve,
@@ -25,6 +26,7 @@ __all__ = [
     "NoiseCurve",
     "RankAgreement",
     "Subject",
+    "SyntheticCohort",
     "TuningTable",
     "Variability",
     "compare_groups",
@@ -40,6 +42,7 @@ __all__ = [
     "read_landmarks",
     "snapped_landmarks",
     "study_cohort",
+    "synthetic_cohort",
     "tuning_table",
     "variability",
 ]

@@ -1,0 +1,169 @@
+"""A cohort with a truth: one brain-shaped surface folded anew for each subject, more in some places than in others."""
+
+from __future__ import annotations
+
+import csv
+import io
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from .._arrays import FloatArray, IntArray, frozen
+from ..datasets import Hemisphere, fsaverage5
+from ..errors import InputError
+from ..matching import farthest_points
+from ..mesh import Mesh, save_mesh
+from .context import ContextSignature
+
+__all__ = ["SyntheticCohort", "synthetic_cohort"]
+
+# The inflated surface has no unit of its own: it is given a brain's length, in mm.
+_LENGTH = 170.0
+_WAVES = 300
+_SMOOTHING = 5
+# Band of the map of amplitudes, in mm, and its least value over its largest.
+_PLACES, _LEAST = (45.0, 90.0), 0.05
+
+
+@dataclass(frozen=True, eq=False)
+class SyntheticCohort:
+    """How to fold each subject, and the truth.
+
+    Parameters
+    ----------
+    base : Mesh
+        What is folded, 10,242 vertices, in mm.
+    amplitude : (n,) array of float
+        Standard deviation of the folds' depth at each vertex, in mm.
+    sites : (s,) array of int
+        Landmark vertices, spread evenly.
+    wavelengths : tuple of two floats
+        Band of the folds, in mm.
+    seeds : (subjects,) array of int
+        Of each subject's folds.
+    """
+
+    base: Mesh
+    amplitude: FloatArray
+    sites: IntArray
+    wavelengths: tuple[float, float]
+    seeds: IntArray
+
+    def __post_init__(self) -> None:
+        for name in ("amplitude", "sites", "seeds"):
+            object.__setattr__(self, name, frozen(getattr(self, name)))
+
+    def __len__(self) -> int:
+        return len(self.seeds)
+
+    @property
+    def truth(self) -> FloatArray:
+        """(s,) amplitude at the sites, in mm."""
+        values: FloatArray = self.amplitude[self.sites]
+        return values
+
+    def subject(self, i: int) -> Mesh:
+        """Fold the base for one subject: a displacement along the normals of known amplitude."""
+        waves = _band_limited(np.random.default_rng(int(self.seeds[i])), self.base.vertices, self.wavelengths)
+        depth = self.amplitude * waves
+        return self.base.with_vertices(self.base.vertices + depth[:, None] * self.base.vertex_normals)
+
+    def save(self, folder: str | Path) -> Path:
+        """Write meshes, landmarks, the truth and the table of subjects; return the table's path."""
+        place = Path(folder)
+        place.mkdir(parents=True, exist_ok=True)
+        names = [f"s{i:03d}" for i in range(len(self))]
+        for i, name in enumerate(names):
+            save_mesh(place / f"{name}.ply", self.subject(i))
+        _write_rows(place / "landmarks.csv", ("name", "vertex"), [(v, v) for v in self.sites.tolist()])
+        truth = zip(self.sites.tolist(), self.truth.tolist(), strict=True)
+        _write_rows(place / "truth.csv", ("name", "amplitude_mm"), list(truth))
+        _write_rows(place / "cohort.csv", ("subject", "mesh"), [(name, f"{name}.ply") for name in names])
+        return place / "cohort.csv"
+
+
+def synthetic_cohort(
+    n_subjects: int = 31,
+    *,
+    n_sites: int = 120,
+    amplitude: float = 6.0,
+    wavelengths: tuple[float, float] = (15.0, 30.0),
+    hemisphere: Hemisphere = "left",
+    rng: np.random.Generator | int | None = None,
+) -> SyntheticCohort:
+    """Make a cohort whose true variability is known: fsaverage5 inflated, then folded anew for each subject.
+
+    Parameters
+    ----------
+    n_subjects, n_sites : int
+        Subjects, at least 1, and landmarks, at least 2.
+    amplitude : float
+        Largest standard deviation of the folds' depth, in mm; the least is a twentieth of it.
+    wavelengths : tuple of two floats
+        Shortest and longest wave of the folds, in mm. Shorter than about three edges (7 mm) they are not resolved.
+    hemisphere : {"left", "right"}
+        Which base.
+    rng : numpy.random.Generator or int, optional
+        Seed: it sets where folds are deep and each subject's folds.
+
+    Returns
+    -------
+    SyntheticCohort
+
+    Raises
+    ------
+    InputError
+        If an argument is out of range.
+
+    Notes
+    -----
+    A fold is a sum of 300 plane waves of random direction, phase and wavelength within the band, evaluated in space.
+    Amplitudes are uniformly distributed over vertices and change over 45 to 90 mm. Deep folds may pass through each
+    other; the geometry measured here is that of the surface itself and does not mind.
+
+    Examples
+    --------
+    >>> cohort = synthetic_cohort(2, n_sites=5, rng=0)
+    >>> cohort.subject(0), cohort.truth.shape
+    (Mesh(10242 vertices, 20480 faces), (5,))
+    """
+    shortest, longest = wavelengths
+    if n_subjects < 1 or n_sites < 2 or not amplitude > 0 or not 0 < shortest <= longest:
+        message = (
+            "needs a subject, two sites, a positive amplitude and ascending wavelengths; got "
+            f"{n_subjects}, {n_sites}, {amplitude}, {wavelengths}"
+        )
+        raise InputError(message)
+    inflated = fsaverage5("infl", hemisphere=hemisphere)
+    base = inflated.scaled(_LENGTH / np.ptp(inflated.vertices[:, 1]))
+    base = ContextSignature(smoothing=_SMOOTHING).surface(base)
+    if n_sites > base.n_vertices:
+        message = f"n_sites must be at most {base.n_vertices}, got {n_sites}"
+        raise InputError(message)
+    generator = np.random.default_rng(rng)
+    rank = np.argsort(np.argsort(_band_limited(generator, base.vertices, _PLACES))) / (base.n_vertices - 1)
+    seeds = generator.integers(0, 2**32, n_subjects)
+    depth = amplitude * (_LEAST + (1 - _LEAST) * rank)
+    return SyntheticCohort(
+        base, depth, farthest_points(base, n_sites), (float(shortest), float(longest)), seeds
+    )
+
+
+def _band_limited(rng: np.random.Generator, points: FloatArray, band: tuple[float, float]) -> FloatArray:
+    """(n,) random function of unit variance made of plane waves within a band of lengths."""
+    directions = rng.normal(size=(_WAVES, 3))
+    directions /= np.linalg.norm(directions, axis=1, keepdims=True)
+    numbers = 2 * np.pi / rng.uniform(*band, _WAVES)
+    phases = rng.uniform(0, 2 * np.pi, _WAVES)
+    weights = rng.normal(size=_WAVES) * np.sqrt(2 / _WAVES)
+    waves: FloatArray = np.cos(points @ (directions * numbers[:, None]).T + phases) @ weights
+    return waves
+
+
+def _write_rows(path: Path, header: tuple[str, ...], rows: list[tuple[object, ...]]) -> None:
+    text = io.StringIO(newline="")
+    writer = csv.writer(text, lineterminator="\n")
+    writer.writerow(header)
+    writer.writerows(rows)
+    path.write_text(text.getvalue(), encoding="utf-8")
