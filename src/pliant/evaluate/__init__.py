@@ -1,5 +1,6 @@
 """Protocols: arrays in, frozen results out."""
 
+from .hits import DEFAULT_FRACTIONS, HitRates, hit_rate, mean_hit_rates
 from .maps import MapError, map_error
 
-__all__ = ["MapError", "map_error"]
+__all__ = ["DEFAULT_FRACTIONS", "HitRates", "MapError", "hit_rate", "map_error", "mean_hit_rates"]
