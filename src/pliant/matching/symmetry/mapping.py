@@ -1,0 +1,382 @@
+"""Reflections of a whole surface as dense maps: many first guesses, refined, measured, accepted or refused."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import asdict, dataclass
+
+import numpy as np
+from threadpoolctl import threadpool_limits
+
+from ..._arrays import BoolArray, FloatArray, IntArray
+from ...errors import InputError
+from ...mesh import Mesh
+from ...spectral import Spectrum
+from ._frame import Coarse, Frame
+from ._refine import coarse_points, dense_points, first_map, grown, orthogonal
+from .measures import MapQuality, quality_of, signature_residual
+from .voting import agreements, best_per_source, candidate_pairs
+
+__all__ = ["GlobalSearch", "Limits", "Reflection", "reflections"]
+
+_WIDTHS = (0.02, 0.03, 0.05)
+_SEEDS = 5
+# A quick look at every guess, a careful one at the best.
+_QUICK = (500, 60, 8)
+_CAREFUL = (1500, 4)
+_FINALISTS = 8
+_SAME = 0.1
+# A reflection and the same with its trunk turned about are this near, and both may be among the guesses.
+_ALIKE = 0.03
+# Two reflections agree along curves; one that agrees with a better one over more is that one, part of it flipped.
+_SHARED = 0.25
+_FEWEST = 4
+_FIRST = 20
+_TURNED = 10.0
+# Between surfaces of revolution (0 to .1 with a mesh's noise) and an ellipsoid (.14), round limbs (.22).
+_ORBITS = 0.13
+# Of channels whose mean is 1: a sphere has the noise of its mesh.
+_VARIES = 0.05
+
+
+@dataclass(frozen=True)
+class Limits:
+    """What a map must keep to be taken for a reflection; every limit of :class:`MapQuality`, and of the trace.
+
+    True reflections of bent animals and humans measured reversed area .84-.97, trace .08-.27, distortion up
+    to .055, residual up to .074; the identity reversed area under .15, trace .8; maps of random blobs,
+    which have no symmetry, residual over support from .1, where bent animals have up to .03.
+
+    Attributes
+    ----------
+    reversed_area : float
+        Least reversed area.
+    trace : float
+        Largest trace of the functional map over its size.
+    distortion, residual, involution : float
+        Largest values.
+    displacement : float
+        Least mean way a point moves.
+    mismatch : float
+        Largest residual over support, the share of the voters that have a partner where the map takes them: smooth
+        blobs come near a reflection in each of the two, seldom in both.
+
+    Examples
+    --------
+    >>> Limits(residual=0.05).residual
+    0.05
+    """
+
+    reversed_area: float = 0.75
+    trace: float = 0.5
+    distortion: float = 0.06
+    residual: float = 0.05
+    involution: float = 0.08
+    displacement: float = 0.1
+    mismatch: float = 0.075
+
+    def __post_init__(self) -> None:
+        for name, value in asdict(self).items():
+            if not (np.isfinite(value) and value >= 0):
+                message = f"the limit of {name} must be a number of 0 or more, got {value}"
+                raise InputError(message)
+
+    def failures(self, quality: MapQuality, trace: float, support: float) -> tuple[str, ...]:
+        """Say which limits a map does not keep, and by how much."""
+        values = asdict(quality) | {"trace": trace, "mismatch": quality.residual / max(support, 1e-12)}
+        found = []
+        for name, limit in asdict(self).items():
+            value = values[name]
+            least = name in ("reversed_area", "displacement")
+            if (value < limit) if least else (value > limit):
+                found.append(f"{name.replace('_', ' ')} {value:.3f} {'<' if least else '>'} {limit:g}")
+        return tuple(found)
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Reflection:
+    """A reflection of a whole surface.
+
+    Attributes
+    ----------
+    point_map : (n,) array of int
+        The image of each vertex.
+    matrix : (k, k) array of float
+        The functional map, orthogonal.
+    support : float
+        Share of the voters with a pair that the reflection carries one to the other.
+    quality : MapQuality
+        Its measures.
+    """
+
+    point_map: IntArray
+    matrix: FloatArray
+    support: float
+    quality: MapQuality
+
+    def __repr__(self) -> str:
+        q = self.quality
+        return f"Reflection(support {self.support:.2f}, distortion {q.distortion:.3f}, residual {q.residual:.3f})"
+
+
+@dataclass(frozen=True, eq=False)
+class GlobalSearch:
+    """Reflections found, the least distorted first; and why there are none, or not more.
+
+    Attributes
+    ----------
+    reflections : tuple of Reflection
+    reasons : tuple of str
+    """
+
+    reflections: tuple[Reflection, ...]
+    reasons: tuple[str, ...]
+
+
+def reflections(
+    mesh: Mesh,
+    spectrum: Spectrum,
+    *,
+    samples: int = 100,
+    k: int = 120,
+    limits: Limits | None = None,
+    rng: int | np.random.Generator | None = None,
+) -> GlobalSearch:
+    """Find the reflections of a whole surface, each as a dense map.
+
+    Parameters
+    ----------
+    mesh : Mesh
+        In one piece, wound alike throughout.
+    spectrum : Spectrum
+        Of the mesh, 30 eigenpairs at least; 200 are good.
+    samples : int
+        Voters.
+    k : int
+        Eigenfunctions in the final maps; fewer where the spectrum has fewer.
+    limits : Limits, optional
+        What a map must keep.
+    rng : int or numpy.random.Generator, optional
+        Draws the first sample; by default it is the point farthest out.
+
+    Returns
+    -------
+    GlobalSearch
+        Several reflections where there are several; none, with the reason, where no map keeps the limits or
+        where there are arbitrarily many (surfaces of revolution, spheres).
+
+    Raises
+    ------
+    InputError
+        If the mesh is in pieces, the spectrum is not of this mesh or too short, or an option is out of range.
+
+    Notes
+    -----
+    Consistent sets of pairs, from several seeds and at several tolerances, give first maps by least squares
+    (landmarks exchanged, and signatures); ZoomOut with orthogonal maps on samples refines them; what
+    looks like a reflection is taken to all vertices, from coarse to fine, and measured there.
+
+    Cost: some seconds, mostly proportional to the vertices.
+
+    References
+    ----------
+    Dissertation, section 4.3; S. Melzi et al., ZoomOut, 2019.
+
+    Examples
+    --------
+    >>> from pliant import eigenbasis, shapes
+    >>> figure = shapes.quadruped(1000)
+    >>> found = reflections(figure.mesh, eigenbasis(figure.mesh, 80))
+    >>> bool((found.reflections[0].point_map == figure.symmetry).mean() > 0.8)
+    True
+    """
+    limits = limits or Limits()
+    frame = Frame(mesh, spectrum)
+    reason = continuous_symmetry(frame)
+    if reason:
+        return GlobalSearch((), (reason,))
+    if isinstance(k, bool) or int(k) != k or k < _FIRST:
+        message = f"k must be a whole number of {_FIRST} or more, got {k}"
+        raise InputError(message)
+    if isinstance(samples, bool) or int(samples) != samples or samples < 10:
+        message = f"samples must be a whole number of 10 or more, got {samples}"
+        raise InputError(message)
+    pairs = candidate_pairs(frame, frame.samples(samples, rng))
+    coarse = Coarse(frame, frame.samples(_CAREFUL[0]))
+    k = min(k, spectrum.k, len(coarse.samples) // 3)
+    with threadpool_limits(1):  # matrices this small lose more than they gain by threads
+        guesses = _distinct_guesses(coarse.first(_QUICK[0]), *pairs, k)
+        return _judged(coarse, guesses, pairs, k, limits)
+
+
+def continuous_symmetry(frame: Frame) -> str:
+    """Return why a surface has symmetry without end, or nothing."""
+    if frame.variation < _VARIES:
+        return (
+            "continuous symmetry: every point looks alike (signatures vary by "
+            f"{frame.variation:.4f} of what is noticed), as on a sphere; no one reflection is meant"
+        )
+    if frame.weak_direction < _ORBITS:
+        return (
+            "continuous symmetry: signatures hardly change along one direction "
+            f"({frame.weak_direction:.3f} of the other, limit {_ORBITS}), as on a surface of revolution; no one "
+            "reflection is meant"
+        )
+    return ""
+
+
+def consistent_sets(
+    frame: Frame, sources: IntArray, targets: IntArray, width: float
+) -> Iterator[tuple[IntArray, IntArray]]:
+    """Yield sets of pairs that agree among themselves, one pair a source, from seeds no earlier set explains."""
+    table = agreements(frame, sources, targets, width)
+    starts = np.flatnonzero(np.diff(sources, prepend=-1))
+    votes = np.maximum.reduceat(table, starts, axis=1)
+    left = votes.sum(axis=1)
+    chosen = best_per_source(sources, left, 0.5)
+    yield sources[chosen], targets[chosen]
+    for _ in range(_SEEDS):
+        if left.max(initial=0.0) <= _FEWEST:
+            return
+        score = table[:, int(left.argmax())]
+        for _round in range(4):
+            chosen = best_per_source(sources, score, 0.3)
+            score = table[:, chosen].mean(axis=1)
+        yield sources[chosen], targets[chosen]
+        left = np.where(score > 0.5 * score.max(), 0.0, left)
+        left[chosen] = 0.0
+
+
+@dataclass(frozen=True, eq=False)
+class _Guess:
+    matrix: FloatArray
+    points: IntArray
+    merit: float
+
+
+def _distinct_guesses(coarse: Coarse, sources: IntArray, targets: IntArray, k: int) -> list[_Guess]:
+    """Refine every guess quickly; keep the best few that differ."""
+    guesses = []
+    if not len(sources):
+        return []
+    for width in _WIDTHS:
+        for a, b in consistent_sets(coarse.frame, sources, targets, width):
+            if len(a) < _FEWEST:
+                continue
+            matrix = first_map(coarse, a, b, min(_FIRST, k))
+            matrix = grown(coarse, matrix, min(_QUICK[1], k), _QUICK[2])
+            guesses.append(_measured(coarse, matrix))
+    guesses.sort(key=lambda guess: guess.merit)
+    if guesses and not any(guess.merit < _TURNED for guess in guesses):
+        guesses = sorted(guesses + _flipped(coarse, guesses, k), key=lambda guess: guess.merit)
+    kept: list[_Guess] = []
+    for guess in guesses:
+        if all(_apart(coarse, guess.points, other.points) > _ALIKE for other in kept):
+            kept.append(guess)
+    return kept[:_FINALISTS]
+
+
+def _flipped(coarse: Coarse, guesses: list[_Guess], k: int) -> list[_Guess]:
+    """Refine the best guesses again from the negative of one eigenfunction's image, for each of the first.
+
+    A limb's pairs say nothing of front and back: rotations and half-turned reflections keep them too.
+    """
+    found = []
+    first = min(_FIRST, k)
+    for guess in guesses[:2]:
+        for i in range(1, first):
+            matrix = guess.matrix[:first, :first].copy()
+            matrix[:, i] *= -1
+            found.append(_measured(coarse, grown(coarse, orthogonal(matrix), min(_QUICK[1], k), _QUICK[2])))
+    return found
+
+
+def _measured(coarse: Coarse, matrix: FloatArray) -> _Guess:
+    """Merit of a map between samples: small where it distorts little, keeps signatures, and is its own inverse."""
+    frame = coarse.frame
+    points = coarse_points(coarse, matrix)
+    image = coarse.samples[points]
+    change = np.abs(frame.distances(coarse.samples, coarse.samples) - frame.distances(image, image))
+    distortion = coarse.weights @ change @ coarse.weights
+    residual = signature_residual(frame, coarse.samples, image, coarse.weights)
+    back = _apart(coarse, points[points], np.arange(len(points)))
+    moved = _apart(coarse, points, np.arange(len(points)))
+    # What hardly moves, the identity, and what keeps the orientation come last.
+    penalty = _TURNED * float(_reversed_share(coarse, matrix, points) < 0.6) + _TURNED * float(moved < _SAME)
+    return _Guess(matrix, points, float(distortion + residual + back) + penalty)
+
+
+def _reversed_share(coarse: Coarse, matrix: FloatArray, points: IntArray) -> float:
+    """Reversed area as smooth functions see it, at one face of each sample."""
+    frame = coarse.frame
+    faces = coarse.faces
+    few = min(_FIRST, len(matrix))
+    scales = 1 / frame.spectrum.values[1:few]
+    at = frame.spectrum.vectors[faces][:, :, : len(matrix)]
+    carried = (at @ matrix)[:, :, 1:few] * scales
+    there = at[points][:, :, 1:few] * scales
+    a, b = carried[:, 1] - carried[:, 0], carried[:, 2] - carried[:, 0]
+    c, d = there[:, 1] - there[:, 0], there[:, 2] - there[:, 0]
+    side = (a * c).sum(axis=1) * (b * d).sum(axis=1) - (a * d).sum(axis=1) * (b * c).sum(axis=1)
+    return float(coarse.weights[side < 0].sum())
+
+
+def _apart(coarse: Coarse, a: IntArray, b: IntArray) -> float:
+    """Mean distance between the images of the samples under two maps."""
+    embedding = coarse.frame.embedding[coarse.samples]
+    return float(coarse.weights @ np.linalg.norm(embedding[a] - embedding[b], axis=1))
+
+
+def _judged(
+    coarse: Coarse, guesses: list[_Guess], pairs: tuple[IntArray, IntArray], k: int, limits: Limits
+) -> GlobalSearch:
+    if not guesses:
+        reason = "asymmetric: no set of points far apart looks alike and keeps its distances"
+        return GlobalSearch((), (reason,))
+    frame = coarse.frame
+    passed: list[Reflection] = []
+    reasons: list[str] = []
+    for guess in guesses:
+        # From the start again: what few samples put wrong above the first eigenfunctions would stay wrong.
+        first = min(_FIRST, k)
+        matrix = grown(coarse, orthogonal(guess.matrix[:first, :first]), k, _CAREFUL[1], symmetric=True)
+        image = dense_points(coarse, matrix)
+        quality = quality_of(frame, image)
+        support = _support(frame, *pairs, image)
+        failures = limits.failures(quality, float(np.trace(matrix)) / k, support)
+        if failures:
+            reasons.append(_refusal(quality, failures))
+        else:
+            passed.append(Reflection(image, matrix, support, quality))
+    taken: list[Reflection] = []
+    for found in sorted(passed, key=_merit):
+        if all(_agreeing_area(frame, found.point_map, other.point_map) < _SHARED for other in taken):
+            taken.append(found)
+    return GlobalSearch(tuple(taken), () if taken else tuple(dict.fromkeys(reasons)))
+
+
+def _merit(reflection: Reflection) -> float:
+    quality = reflection.quality
+    return quality.distortion + quality.residual + quality.involution
+
+
+def _agreeing_area(frame: Frame, a: IntArray, b: IntArray) -> float:
+    near: BoolArray = np.linalg.norm(frame.embedding[a] - frame.embedding[b], axis=1) < _SAME
+    return float(frame.areas[near].sum())
+
+
+def _support(frame: Frame, sources: IntArray, targets: IntArray, image: IntArray) -> float:
+    """Share of the voters one of whose partners is near the voter's image."""
+    gaps = np.linalg.norm(frame.embedding[image[sources]] - frame.embedding[targets], axis=1)
+    near: BoolArray = gaps < 2 * _WIDTHS[-1]
+    return len(np.unique(sources[near])) / len(np.unique(sources))
+
+
+def _refusal(quality: MapQuality, failures: tuple[str, ...]) -> str:
+    if quality.reversed_area < 0.1 and len(failures) == 1:
+        kind = "a rotation, not a reflection"
+    elif quality.displacement < _SAME:
+        kind = "collapsed to the identity"
+    else:
+        kind = "asymmetric: the best map found is no reflection"
+    return f"{kind} ({', '.join(failures)})"
