@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import importlib
+import importlib.util
+import pathlib
 import warnings
 from importlib import metadata
 
@@ -42,3 +45,40 @@ sphinx_gallery_conf = {
 
 # Sphinx-gallery draws with pyplot, which has no window here.
 warnings.filterwarnings("ignore", message="FigureCanvasAgg is non-interactive")
+
+ROOMS = {
+    "mesh": "Meshes",
+    "mesh.shapes": "Synthetic shapes",
+    "geodesic": "Geodesics",
+    "spectral": "Spectra",
+    "descriptors": "Descriptors",
+    "matching": "Matching",
+    "matching.symmetry": "Symmetry",
+    "evaluate": "Evaluation",
+    "images": "Images",
+    "cortex": "Cortex",
+    "report": "Figures and pages",
+    "errors": "Errors",
+}
+
+
+def write_reference() -> None:
+    """Write the API page from what each room exports, so that it cannot fall behind."""
+    import pliant
+
+    everything = set(dir(pliant))
+    lines = ["# API", "", "Names marked * are also `pliant.<name>`.", "", "```{eval-rst}"]
+    for room, title in ROOMS.items():
+        if importlib.util.find_spec(f"pliant.{room}") is None:
+            continue
+        names = importlib.import_module(f"pliant.{room}").__all__
+        starred = ", ".join(f"``{name}``" for name in names if name in everything)
+        lines += [title, "-" * len(title), f".. currentmodule:: pliant.{room}", ""]
+        lines += [f"\\* {starred}", ""] if starred else []
+        lines += [".. autosummary::", "   :toctree: api/generated", ""]
+        lines += [f"   {name}" for name in names] + [""]
+    page = pathlib.Path(__file__).parent / "api.md"
+    page.write_text("\n".join([*lines, "```", ""]))
+
+
+write_reference()
