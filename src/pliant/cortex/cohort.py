@@ -21,6 +21,7 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import ArrayLike
 
+from .. import __version__
 from .._arrays import FloatArray, IntArray, frozen, vertex_values
 from .._parallel import job_count
 from .._progress import progress_bar
@@ -123,10 +124,9 @@ class _Task:
             # The name's ending decides how the content is read.
             digest.update(f"{len(content)} {path.suffix if path else ''}\n".encode())
             digest.update(content)
-        settings = {**asdict(self.signature), "measure": _name_of(self.measure), "format": _FORMAT}
+        made_by = {"measure": _name_of(self.measure), "format": _FORMAT, "version": __version__}
         # Edges and bins come later, over the whole cohort.
-        settings.pop("edges")
-        settings.pop("bins")
+        settings = {k: v for k, v in asdict(self.signature).items() if k not in ("edges", "bins")} | made_by
         digest.update(json.dumps(settings, sort_keys=True).encode())
         return digest.hexdigest()
 
