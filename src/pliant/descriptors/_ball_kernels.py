@@ -122,9 +122,16 @@ def _panel_kernel(rank: int, patches: bool) -> Callable[..., None]:
                     doubt = 2 * (residuals[a, j] * (apart + reaches[b]) + worst * far) + floor
                     if patches:
                         _rooted(found, points, row, b, spreads, doubt)
+                        if a == b:
+                            found[j] = np.inf
                     for i in range(first, last):
                         if patches:
                             sum0, sum1 = _covered(found, weights, slopes, b, radii[i])
+                            if a == b:
+                                # The disc around the centre itself fills from the middle.
+                                share = min(radii[i] / spreads[a, j], 1.0) ** 2
+                                sum0 += share * weights[a, 0, j]
+                                sum1 += share * weights[a, 1, j]
                         else:
                             _settle(found, points, row, b, radii[i] * radii[i], doubt)
                             sum0, sum1 = _within(found, weights, b, radii[i] * radii[i])

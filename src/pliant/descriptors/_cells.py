@@ -66,7 +66,7 @@ class Cells:
         return by_cell
 
     def spacings(self, neighbours: int, panel: slice) -> FloatArray:
-        """Return the distance of each point of some cells, in order, from its k-th nearest neighbour."""
+        """Return the root mean square distance of each point of some cells, in order, from its k nearest."""
         n = len(self.points)
         count = min(neighbours, n - 1)
         start, stop = panel.start * CELL, min(panel.stop * CELL, n)
@@ -78,7 +78,7 @@ class Cells:
         apart2 = squares - 2 * (self.points[start:stop] @ centres.T)
         # What rounding may have taken away is given back: a bound must stay one.
         gaps = np.sqrt(np.maximum(apart2 - 1e-13 * squares, 0.0)) - self.reaches * (1 + 1e-12)
-        _nth_nearest(self.points, start, gaps, count, found)
+        _nearest_spacing(self.points, start, gaps, count, found)
         return found
 
 
@@ -146,7 +146,7 @@ def _frames(points: Any, rank: Any) -> Any:
 
 
 @summing_kernel
-def _nth_nearest(points: Any, first: Any, gaps: Any, count: Any, found: Any) -> None:
+def _nearest_spacing(points: Any, first: Any, gaps: Any, count: Any, found: Any) -> None:
     """Search the own cell, then every cell that may hold a nearer point than the k-th so far."""
     n, m = points.shape
     best = np.empty(count)
@@ -174,4 +174,4 @@ def _nth_nearest(points: Any, first: Any, gaps: Any, count: Any, found: Any) -> 
                         best[place] = best[place - 1]
                         place -= 1
                     best[place] = total
-        found[i] = np.sqrt(best[count - 1])
+        found[i] = np.sqrt(best.sum() / count)
