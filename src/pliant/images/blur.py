@@ -267,7 +267,8 @@ def geometric_blur(
         offsets = scale * radius * np.column_stack([np.cos(angles), np.sin(angles)])
         width = scale * (_BLUR_SLOPE * radius + _BLUR_LEAST)
         rings.append(_ring([blurred(channel, width) for channel in edges.channels], where, offsets))
-    return _normalised(np.concatenate(rings, axis=1).reshape(len(where), -1), normalise)
+    numbers = sum(samples) * len(edges.channels)
+    return _normalised(np.concatenate(rings, axis=1).reshape(len(where), numbers), normalise)
 
 
 def _points_inside(points: ArrayLike, shape: tuple[int, ...]) -> FloatArray:
