@@ -8,11 +8,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.ndimage import gaussian_filter
 
-pytest.importorskip("cv2")
-
 from pliant.errors import InputError
 from pliant.images import edge_channels, edge_points, embed_pair, geometric_blur, mutual_matches
 from pliant.images.blur import RADII, SAMPLES
+
+pytest.importorskip("cv2")
 
 
 def scene(height=120, width=160, seed=0):
@@ -92,7 +92,7 @@ def test_blur_moves_with_the_image_and_ignores_contrast():
     grey = scene(200, 240)
     points = np.array([[110.0, 100.0], [130.0, 95.0]])
     here = geometric_blur(edge_channels(grey), points)
-    shifted = geometric_blur(edge_channels(np.roll(grey, (6, -9), axis=(0, 1))), points + [-9, 6])
+    shifted = geometric_blur(edge_channels(np.roll(grey, (6, -9), axis=(0, 1))), np.add(points, [-9, 6]))
     assert np.abs(here - shifted).max() < 0.02
     faint = geometric_blur(edge_channels(0.1 * grey + 0.4), points)
     assert np.allclose(here, faint, atol=1e-4)

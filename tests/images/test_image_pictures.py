@@ -10,12 +10,12 @@ import zlib
 import numpy as np
 import pytest
 
-pytest.importorskip("cv2")
-Image = pytest.importorskip("PIL.Image")
-
 from pliant.errors import InputError, PliantWarning
 from pliant.images import as_picture, load_picture, match_pair
 from pliant.images.padding import inside_of_padding
+
+pytest.importorskip("cv2")
+Image = pytest.importorskip("PIL.Image")
 
 
 @pytest.fixture(scope="module")

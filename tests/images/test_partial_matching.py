@@ -10,9 +10,6 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.ndimage import gaussian_filter
 
-pytest.importorskip("cv2")
-pytest.importorskip("skimage")
-
 from pliant.errors import InputError
 from pliant.evaluate.relevance import transform_error
 from pliant.images import (
@@ -35,6 +32,9 @@ from pliant.images import (
     synthetic_pairs,
     unrelated_scores,
 )
+
+pytest.importorskip("cv2")
+pytest.importorskip("skimage")
 
 small_maps = st.lists(st.lists(st.integers(-5, 5), min_size=5, max_size=5), min_size=1, max_size=6)
 
@@ -99,7 +99,9 @@ def scene(seed=0, height=240, width=320):
     return (values - values.min()) / np.ptp(values)
 
 
-@pytest.mark.parametrize("kind", ["crop", "rotation", "scale", "occlusion", "night", "haze", "drawing", "painting"])
+@pytest.mark.parametrize(
+    "kind", ["crop", "rotation", "scale", "occlusion", "night", "haze", "drawing", "painting"]
+)
 def test_synthetic_truth_is_found(kind):
     pair = synthetic_pair(shipped_photographs()["coffee"], kind, name="coffee", rng=3)
     match = match_pair(pair.picture1, pair.picture2)
@@ -229,7 +231,12 @@ def test_boxes_that_look_at_nothing():
     whole = match_whole(np.ones((100, 200)) / 2, np.ones((50, 50)) / 2, mask1=mask)
     assert whole.box1.tolist() == [50, 20, 150, 80]
     assert whole.region1.sum() == 6000
-    assert match_centre(np.ones((100, 200)) / 2, np.ones((50, 50)) / 2).box2.tolist() == [3.75, 3.75, 46.25, 46.25]
+    assert match_centre(np.ones((100, 200)) / 2, np.ones((50, 50)) / 2).box2.tolist() == [
+        3.75,
+        3.75,
+        46.25,
+        46.25,
+    ]
 
 
 def test_study_of_synthetic_pairs():

@@ -74,6 +74,35 @@ def spectral(
         _show_rows("Laplacian of xy on random points of the unit sphere: error of 6 xy, by kind", pointwise)
 
 
+@bench.command()
+def images(
+    pairs: Annotated[
+        Path, typer.Argument(metavar="PAIRS.json", help="A list of image pairs with true boxes.")
+    ],
+    runs: Annotated[int, typer.Option(min=2, help="Seeds for the repeatability.")] = 50,
+    unrelated: Annotated[int, typer.Option(min=1, help="Pairs of unrelated pictures.")] = 200,
+    table: Annotated[bool, typer.Option(help="Also recompute the dissertation's table of settings.")] = True,
+    as_json: AsJson = False,
+) -> None:
+    """Measure partial matching: correspondences, repeatability, evidence, time, and the table of settings."""
+    from ..bench import images as measurements
+    from ..bench.harness import machine
+
+    loaded = measurements.load(pairs)
+    found = measurements.run(loaded, runs=runs, unrelated=unrelated)
+    rows = list(measurements.settings_table(loaded)) if table else []
+    about = machine(("opencv-python-headless", "scikit-image"))
+    if as_json:
+        say_json({"machine": about, **found, "settings": rows})
+        return
+    _show_machine(about)
+    show_facts(
+        f"Partial matching on {len(loaded)} pairs", {k.replace("_", " "): str(v) for k, v in found.items()}
+    )
+    if rows:
+        _show_rows("Mean relevance and false share by setting (Table 6.1)", rows)
+
+
 def _show_rows(title: str, rows: Sequence[dict[str, Any]]) -> None:
     """Show rows of one shape under the names of their keys."""
 

@@ -86,9 +86,7 @@ def even_edges(edges: EdgeChannels) -> EvenEdges:
     near = blurred(strength, _EVENING) / np.maximum(blurred(edges.mask, _EVENING), 0.1)
     usual = near[edges.mask].mean() if edges.mask.any() else 0.0
     even: Image = (channels / (near + _FLOOR * usual + 1e-9)).astype(np.float32)
-    return EvenEdges(
-        even, blurred(edges.strength, _SMOOTHING), edges.mask
-    )
+    return EvenEdges(even, blurred(edges.strength, _SMOOTHING), edges.mask)
 
 
 def agreement(one: EvenEdges, two: EvenEdges, transform: FloatArray, *, window: float = _WINDOW) -> Agreement:

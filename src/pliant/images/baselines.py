@@ -11,9 +11,10 @@ from ..errors import InputError, MissingExtraError, require
 from ._opencv import opencv
 from .blur import geometric_blur
 from .embedding import mutual_matches
-from .matching import PairMatch, nothing, unusable, view
+from .matching import PairMatch, nothing, unusable
 from .picture import Picture, as_picture
 from .region import smallest_rectangle
+from .views import view
 
 __all__ = ["match_blur", "match_centre", "match_keypoints", "match_saliency", "match_whole"]
 
@@ -268,7 +269,8 @@ def _described(picture: Picture, detector: Detector) -> tuple[FloatArray, Any]:
         return at[brief.mask], np.packbits(brief.descriptors, axis=1)
     makers = {"sift": "SIFT_create", "orb": "ORB_create", "akaze": "AKAZE_create"}
     if not hasattr(cv2, makers[detector]):
-        message = f"OpenCV {cv2.__version__} has no {detector.upper()}; versions below 5 do: pip install 'pliant[images]'"
+        name = detector.upper()
+        message = f"OpenCV {cv2.__version__} has no {name}; versions below 5 do: pip install 'pliant[images]'"
         raise MissingExtraError(message)
     maker = (
         getattr(cv2, makers[detector])()

@@ -9,19 +9,18 @@ import numpy as np
 
 from .._arrays import BoolArray, FloatArray, IntArray, frozen
 from ..errors import InputError
-from ._opencv import carried_back, resized
+from ._opencv import carried_back
 from .agreement import Agreement, EvenEdges, agreement, even_edges
 from .alignment import aligned
-from .blur import EdgeChannels, edge_channels, edge_points, geometric_blur
+from .blur import geometric_blur
 from .embedding import embed_pair, mutual_matches
 from .picture import Picture, as_picture
 from .region import smallest_rectangle
-from .registration import Registration, carried, inverse, registrations
+from .registration import Registration, inverse, registrations
+from .views import WORKING_SIZE, View, view
 
-__all__ = ["PairMatch", "View", "match_pair", "view"]
+__all__ = ["PairMatch", "joint_matches", "match_pair", "nothing", "unusable"]
 
-#: Square root of the number of picture pixels that matching works on.
-WORKING_SIZE = 170
 #: Sizes at which the second image is described, so that the two may differ in size.
 _SCALES = (1 / 1.4, 1.0, 1.4)
 # Matches agree with a transform within 4 % of the working diagonal.
@@ -81,70 +80,6 @@ class PairMatch:
         return f"PairMatch({boxes}, {len(self.points1)} matches, score {self.score:g}{why})"
 
 
-@dataclass(frozen=True, eq=False)
-class View:
-    """A picture at working size, with its edges and the points drawn from them.
-
-    Attributes
-    ----------
-    picture : Picture
-    grey : (h, w) array of float
-    edges : EdgeChannels
-    points : (n, 2) array of int
-    to_working : (3, 3) array of float
-        Takes pixels of the source to working pixels.
-    """
-
-    picture: Picture
-    grey: FloatArray
-    edges: EdgeChannels
-    points: IntArray
-    to_working: FloatArray
-
-    def box_in_source(self, box: tuple[int, int, int, int]) -> FloatArray:
-        """Return a box of working pixels in pixels of the source."""
-        factors = np.array([self.to_working[0, 0], self.to_working[1, 1]])
-        scaled: FloatArray = np.array(box, dtype=np.float64) / np.tile(factors, 2)
-        return scaled
-
-    def points_in_source(self, points: FloatArray) -> FloatArray:
-        """Return points of the working image in pixels of the source."""
-        return carried(inverse(self.to_working), points)
-
-    def region_in_picture(self, region: BoolArray) -> BoolArray:
-        """Return a region of working pixels at the picture's size."""
-        height, width = self.picture.grey.shape
-        return np.asarray(resized(region, width, height) > 0.5)
-
-
-def view(picture: Picture, features: int, rng: np.random.Generator) -> View:
-    """Bring a picture to working size, find its edges and draw points from them.
-
-    Parameters
-    ----------
-    picture : Picture
-    features : int
-        Points wanted.
-    rng : Generator
-
-    Returns
-    -------
-    View
-    """
-    height, width = picture.grey.shape
-    factor = WORKING_SIZE / np.sqrt(max(1, np.count_nonzero(picture.mask)))
-    shape = (max(1, round(height * factor)), max(1, round(width * factor)))
-    if shape[0] * shape[1] > 20 * WORKING_SIZE**2:
-        raise InputError("under a twentieth of the image is inside its mask; crop the image to the mask")
-    grey = resized(picture.grey, shape[1], shape[0]).astype(np.float64)
-    mask = resized(picture.mask, shape[1], shape[0]) > 0.99
-    edges = edge_channels(grey, mask=mask)
-    points = edge_points(edges.strength, features, rng=rng)
-    across, down = shape[1] / picture.size[0], shape[0] / picture.size[1]
-    to_working = np.array([[across, 0, (across - 1) / 2], [0, down, (down - 1) / 2], [0, 0, 1.0]])
-    return View(picture, grey, edges, points, to_working)
-
-
 def match_pair(
     image1: Any,
     image2: Any,
@@ -202,8 +137,8 @@ def match_pair(
     -----
     ``score`` tells whether the two have anything in common; the documentation gives its distribution over unrelated
     pictures. Do not trust the boxes of a low score, nor those of two images that the same thing fills from edge
-    to edge: what the object is, the pictures alone do not say. Rows of like houses can match one house off. Images turned by
-    more than about 20 degrees, or whose object differs in size by more than 2, are beyond it.
+    to edge: what the object is, the pictures alone do not say. Rows of like houses can match one house off.
+    Images turned by more than about 20 degrees, or whose object differs in size by more than 2, are beyond it.
     Cost: about 0.4 s on one core, whatever the size of the images.
 
     Examples
@@ -375,11 +310,13 @@ _FROM_HALF = np.array([[2, 0, 0.5], [0, 2, 0.5], [0, 0, 1.0]])
 
 def _half(transform: FloatArray) -> FloatArray:
     """Return a transform for images of half the size."""
-    return _TO_HALF @ transform @ _FROM_HALF
+    result: FloatArray = _TO_HALF @ transform @ _FROM_HALF
+    return result
 
 
 def _full(transform: FloatArray) -> FloatArray:
-    return _FROM_HALF @ transform @ _TO_HALF
+    result: FloatArray = _FROM_HALF @ transform @ _TO_HALF
+    return result
 
 
 def _evidence(

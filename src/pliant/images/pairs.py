@@ -142,8 +142,8 @@ def synthetic_pair(
         See :func:`as_picture`.
     kind : str
         One of "crop", "rotation", "scale", "perspective", "occlusion", "night", "haze", "drawing", "engraving",
-        "painting": what happens to the second picture. The first four move it; all that is still seen is shared. The others
-        change how it looks and leave it where it is.
+        "painting": what happens to the second picture. The first four move it; all that is still seen is
+        shared. The others change how it looks and leave it where it is.
     name : str
         Of the photograph: the pair's monument.
     rng : int or Generator

@@ -129,7 +129,7 @@ def carried(transform: FloatArray, points: ArrayLike) -> FloatArray:
 
 def inverse(transform: FloatArray) -> FloatArray:
     """Return the inverse of a 3 x 3 transform."""
-    result: FloatArray = np.linalg.inv(transform)
+    result: FloatArray = np.asarray(np.linalg.inv(transform), dtype=np.float64)
     return result
 
 
