@@ -11,9 +11,11 @@ from .components import components
 from .correspond import correspond
 from .cortex import cortex
 from .demo import demo
+from .describe import describe
 from .field import field
 from .image import image
 from .inspect import inspect
+from .symmetry import symmetry
 
 app = typer.Typer(
     name="pliant",
@@ -26,6 +28,8 @@ app = typer.Typer(
 app.command()(demo)
 app.command()(inspect)
 app.command()(field)
+app.command()(describe)
+app.command()(symmetry)
 app.command()(cortex)
 app.command()(components)
 app.command()(correspond)
