@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from pliant import check_up, gch, gfe, nearest, principal_curvatures, shapes, with_noise
+from pliant import check_up, eigenbasis, gch, gfe, nearest, principal_curvatures, shapes, with_noise
 from pliant.cortex import (
     ConformalCylinder,
     ContextSignature,
@@ -14,6 +14,7 @@ from pliant.cortex import (
     noise_curve,
     tuning_table,
 )
+from pliant.descriptors import hks, wks
 from pliant.errors import InputError
 from pliant.mesh import boundary_loops, quasi_conformal_error
 
@@ -63,6 +64,18 @@ def test_the_context_histogram_answers_to_the_bump_and_beats_curvature(
     assert found.mean > 0.3
     assert found.mean > 2 * bent.mean
     assert (np.abs(found.normalised) <= 1).all()
+
+
+def test_the_context_histogram_answers_three_times_as_strongly_as_spectral_signatures(
+    levels: list[ConformalCylinder],
+) -> None:
+    signature = ContextSignature()
+    signature = signature.with_edges_of(*(signature.field(level.mesh) for level in levels))
+    density = levels[0].density
+    context = deformation_response([signature(level.mesh) for level in levels], density).mean
+    spectra = [eigenbasis(level.mesh, 60) for level in levels]
+    for spectral in (hks, wks):
+        assert context > 3 * deformation_response([spectral(s) for s in spectra], density).mean > 0
 
 
 def test_response_against_its_definition() -> None:
