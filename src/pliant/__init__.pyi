@@ -42,6 +42,9 @@ from .matching import icp_refine as icp_refine
 from .matching import key_components as key_components
 from .matching import point_map as point_map
 from .matching import zoomout as zoomout
+from .matching.symmetry import Symmetry as Symmetry
+from .matching.symmetry import SymmetryResult as SymmetryResult
+from .matching.symmetry import detect_symmetries as detect_symmetries
 from .mesh import CheckUp as CheckUp
 from .mesh import Curvatures as Curvatures
 from .mesh import Mesh as Mesh

@@ -33,6 +33,8 @@ _SHARED = 0.25
 _FEWEST = 4
 _FIRST = 20
 _TURNED = 10.0
+# Of two maps nearly as good, the one that moves more: limbs left where they are cost little distortion.
+_MOVES = 0.5
 # Between surfaces of revolution (0 to .1 with a mesh's noise) and an ellipsoid (.14), round limbs (.22).
 _ORBITS = 0.13
 # Of channels whose mean is 1: a sphere has the noise of its mesh.
@@ -43,9 +45,9 @@ _VARIES = 0.05
 class Limits:
     """What a map must keep to be taken for a reflection; every limit of :class:`MapQuality`, and of the trace.
 
-    True reflections of bent animals and humans measured reversed area .84-.97, trace .08-.27, distortion up
-    to .055, residual up to .074; the identity reversed area under .15, trace .8; maps of random blobs,
-    which have no symmetry, residual over support from .1, where bent animals have up to .03.
+    True reflections of bent animals and humans measured reversed area .82-.98, trace .08-.25, distortion up
+    to .035, residual up to .017; the identity reversed area under .15, trace .8; maps of random blobs,
+    which have no symmetry, residual from .036 and over support from .07, where bent animals have up to .035.
 
     Attributes
     ----------
@@ -70,10 +72,10 @@ class Limits:
     reversed_area: float = 0.75
     trace: float = 0.5
     distortion: float = 0.06
-    residual: float = 0.05
+    residual: float = 0.028
     involution: float = 0.08
     displacement: float = 0.1
-    mismatch: float = 0.075
+    mismatch: float = 0.06
 
     def __post_init__(self) -> None:
         for name, value in asdict(self).items():
@@ -267,7 +269,7 @@ def _distinct_guesses(coarse: Coarse, sources: IntArray, targets: IntArray, k: i
             matrix = grown(coarse, matrix, min(_QUICK[1], k), _QUICK[2])
             guesses.append(_measured(coarse, matrix))
     guesses.sort(key=lambda guess: guess.merit)
-    if guesses and not any(guess.merit < _TURNED for guess in guesses):
+    if guesses and not any(guess.merit < _TURNED / 2 for guess in guesses):
         guesses = sorted(guesses + _flipped(coarse, guesses, k), key=lambda guess: guess.merit)
     kept: list[_Guess] = []
     for guess in guesses:
@@ -303,7 +305,7 @@ def _measured(coarse: Coarse, matrix: FloatArray) -> _Guess:
     moved = _apart(coarse, points, np.arange(len(points)))
     # What hardly moves, the identity, and what keeps the orientation come last.
     penalty = _TURNED * float(_reversed_share(coarse, matrix, points) < 0.6) + _TURNED * float(moved < _SAME)
-    return _Guess(matrix, points, float(distortion + residual + back) + penalty)
+    return _Guess(matrix, points, float(distortion + residual + back - _MOVES * moved) + penalty)
 
 
 def _reversed_share(coarse: Coarse, matrix: FloatArray, points: IntArray) -> float:
@@ -357,7 +359,7 @@ def _judged(
 
 def _merit(reflection: Reflection) -> float:
     quality = reflection.quality
-    return quality.distortion + quality.residual + quality.involution
+    return quality.distortion + quality.residual + quality.involution - _MOVES * quality.displacement
 
 
 def _agreeing_area(frame: Frame, a: IntArray, b: IntArray) -> float:

@@ -22,7 +22,7 @@ _FORMAT = "pliant-symmetries-1"
 _ARRAYS = ("source", "target", "point_map", "fmap")
 _NUMBERS = ("support", "complexity", "distortion", "reversed_area", "residual", "confidence")
 
-Kind = Literal["global", "partial"]
+Kind = Literal["global"]
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -49,9 +49,8 @@ class Symmetry:
         Median squared distance of wave kernel signatures of point and image, over that of two random points.
     confidence : float
         From 0 to 1: how far the map stays within the limits it was accepted by. It orders; it is no probability.
-    kind : {"global", "partial"}
-    group : int
-        Symmetries of one kind that map alike share a number.
+    kind : {"global"}
+        A reflection of the whole surface.
     """
 
     source: BoolArray
@@ -65,7 +64,6 @@ class Symmetry:
     residual: float
     confidence: float
     kind: Kind = "global"
-    group: int = 0
 
     def __post_init__(self) -> None:
         n = len(self.point_map)
@@ -132,8 +130,7 @@ class SymmetryResult:
     def as_json(self) -> dict[str, Any]:
         """Return everything but the arrays, ready for :func:`json.dumps`."""
         rows = [
-            {"kind": s.kind, "group": s.group} | {name: float(getattr(s, name)) for name in _NUMBERS}
-            for s in self.symmetries
+            {"kind": s.kind} | {name: float(getattr(s, name)) for name in _NUMBERS} for s in self.symmetries
         ]
         return {
             "format": _FORMAT,

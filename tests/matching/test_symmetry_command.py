@@ -1,0 +1,37 @@
+"""``pliant symmetry``: what it prints, what it writes, and what it says where there is nothing."""
+
+from __future__ import annotations
+
+import json
+
+import pytest
+from typer.testing import CliRunner
+
+from pliant import save_mesh, shapes
+from pliant.cli.app import app
+from pliant.matching.symmetry import SymmetryResult
+
+
+@pytest.fixture(scope="module")
+def runner():
+    return CliRunner()
+
+
+def test_it_writes_arrays_numbers_a_picture_and_a_page(runner, tmp_path):
+    save_mesh(tmp_path / "figure.ply", shapes.quadruped(1000).mesh)
+    folder = tmp_path / "new"
+    done = runner.invoke(app, ["symmetry", str(tmp_path / "figure.ply"), "-o", str(folder), "--up", "y"])
+    assert done.exit_code == 0, done.output
+    assert "global" in done.output
+    assert len(SymmetryResult.load(folder).symmetries) == 1
+    assert (folder / "symmetry-1.png").read_bytes().startswith(b"\x89PNG")
+    assert "mirror image" in (folder / "symmetries.html").read_text()
+
+
+def test_json_says_why_there_is_none(runner, tmp_path):
+    save_mesh(tmp_path / "sphere.ply", shapes.icosphere(3))
+    done = runner.invoke(app, ["symmetry", str(tmp_path / "sphere.ply"), "--json"])
+    assert done.exit_code == 0, done.output
+    stored = json.loads(done.stdout)
+    assert stored["symmetries"] == []
+    assert "continuous" in stored["reasons"][0]
