@@ -33,8 +33,8 @@ _INNERMOST = 0.1
 def spin_transform(mesh: Mesh, rho: ArrayLike) -> Mesh:
     """Deform a surface without changing its angles, so that its mean curvature changes as prescribed.
 
-    The new surface's mean curvature half-density ``H~ |df~|`` is ``(H + rho + c) |df|``: where rho is positive the surface
-    becomes rounder outwards, where it is negative it is dented.
+    The new surface's mean curvature half-density ``H~ |df~|`` is ``(H + rho + c) |df|``: where rho is positive the
+    surface swells outwards, where it is negative it is dented.
 
     Parameters
     ----------
