@@ -11,6 +11,7 @@ from scipy.sparse import csgraph
 from threadpoolctl import threadpool_limits
 
 from .._arrays import BoolArray, FloatArray, IntArray, frozen
+from ..descriptors import bde
 from ..errors import InputError
 from ..mesh import Mesh
 from ..spectral import Spectrum, eigenbasis
@@ -70,7 +71,8 @@ def key_components(
 ) -> KeyComponents:
     """Find the regions where a shape is locally distinctive: paws, ears, the tip of the tail.
 
-    k-means (k = 2) on the biharmonic density estimate at one small radius; the cluster of smaller area is the
+    k-means (k = 2) on the logarithm of the mean kernel in small biharmonic balls (eq. 3.3); the
+    cluster of smaller area is the
     distinctive one, and its connected pieces are the components.
 
     Parameters
@@ -136,14 +138,12 @@ def key_components(
 
 
 def _density(mesh: Mesh, spectrum: Spectrum | None, radius: float) -> FloatArray:
-    from ..descriptors import bde
-
     if spectrum is None:
         spectrum = eigenbasis(mesh, min(100, mesh.n_vertices - 1))
     if spectrum.n_vertices != mesh.n_vertices:
         message = f"the spectrum has {spectrum.n_vertices} vertices, the mesh {mesh.n_vertices}"
         raise InputError(message)
-    density: FloatArray = bde(spectrum, [radius])
+    density: FloatArray = bde(spectrum, [radius], statistic="mean", form="log")
     return density
 
 
@@ -157,7 +157,7 @@ def _clusters(values: FloatArray, areas: FloatArray, count: int, rng: int | np.r
     weights = areas / areas.mean()
     # Threads would sum in an order that differs from run to run.
     with threadpool_limits(1):
-        raw = KMeans(count, n_init=10, random_state=seed).fit(scaled, sample_weight=weights).labels_
+        raw = KMeans(count, n_init=10, tol=0, random_state=seed).fit(scaled, sample_weight=weights).labels_
     order = np.argsort(-np.bincount(raw, weights=areas, minlength=count), kind="stable")
     rank = np.empty(count, dtype=np.int64)
     rank[order] = np.arange(count)

@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike
 
 from .._arrays import FloatArray, IntArray, frozen
 from .._progress import progress_bar
+from ..descriptors import bde, wks
 from ..errors import InputError, MeshError
 from ..mesh import Mesh
 from ..spectral import Spectrum, eigenbasis
@@ -188,8 +189,6 @@ def _spectra(
 
 
 def _signatures(spectrum: Spectrum) -> FloatArray:
-    from ..descriptors import bde, wks
-
     return np.column_stack([bde(spectrum), wks(spectrum)])
 
 

@@ -9,6 +9,7 @@ from numpy.typing import ArrayLike
 from scipy.spatial.distance import cdist
 
 from .._arrays import FloatArray, IntArray, as_floats, as_indices, frozen
+from ..descriptors import bde
 from ..errors import InputError
 from ..mesh import Mesh
 from ..spectral import Spectrum, eigenbasis, joint_embedding
@@ -130,8 +131,6 @@ def correspond(
     if not 0 <= least_confidence <= 1:
         message = f"least_confidence must lie between 0 and 1, got {least_confidence}"
         raise InputError(message)
-    from ..descriptors import bde
-
     spectrum_a, spectrum_b = _spectrum(a), _spectrum(b)
     f_a, f_b = standardised(spectrum_a, spectrum_b, descriptors, bde)
     at_a, at_b = biharmonic_samples(spectrum_a, samples), biharmonic_samples(spectrum_b, samples)
