@@ -132,6 +132,16 @@ def test_truth_of_synthetic_pairs_is_exact():
             assert np.allclose(centre, [u, v], atol=0.3), kind
 
 
+@pytest.mark.parametrize("kind", ["haze", "drawing", "engraving"])
+def test_a_change_of_look_draws_no_frame(kind):
+    """A border that only the change made would be shared evidence for nothing."""
+    flat = np.full((200, 240), 0.6)
+    flat[60:140, 80:160] = 0.3
+    pair = synthetic_pair(flat, kind, rng=0)
+    second = gaussian_filter(pair.picture2.grey, 4)
+    assert abs(second[2:6, 100:140].mean() - second[30:40, 100:140].mean()) < 0.12
+
+
 def test_moving_a_pair_carries_its_truth():
     pair = synthetic_pair(scene(), "haze", rng=0)
     for seed in range(4):

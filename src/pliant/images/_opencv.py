@@ -18,11 +18,12 @@ def opencv() -> Any:
     return require("cv2", "images")
 
 
-def blurred(image: NDArray[Any], sigma: float) -> Image:
-    """Smooth with a Gaussian; nothing beyond the border."""
+def blurred(image: NDArray[Any], sigma: float, *, mirrored: bool = False) -> Image:
+    """Smooth with a Gaussian; beyond the border is nothing, or the image mirrored."""
     cv2 = opencv()
+    border = cv2.BORDER_REFLECT if mirrored else cv2.BORDER_CONSTANT
     smooth: Image = cv2.GaussianBlur(
-        np.ascontiguousarray(image, dtype=np.float32), (0, 0), sigma, borderType=cv2.BORDER_CONSTANT
+        np.ascontiguousarray(image, dtype=np.float32), (0, 0), sigma, borderType=border
     )
     return smooth
 

@@ -227,10 +227,9 @@ def _warped(picture: Picture, motion: FloatArray, size: tuple[int, int]) -> Pict
     shrink = np.sqrt(abs(np.linalg.det(matrix[:2, :2])))
     colour = picture.colour
     if shrink < 1:
-        colour = np.stack(
-            [blurred(colour[..., c], 0.5 * np.sqrt(1 / shrink**2 - 1) + 1e-3) for c in range(3)], axis=-1
-        )
-        colour = np.rint(np.clip(colour, 0, 255)).astype(np.uint8)
+        width = 0.5 * float(np.sqrt(1 / shrink**2 - 1)) + 1e-3
+        smooth = np.stack([blurred(colour[..., c], width, mirrored=True) for c in range(3)], axis=-1)
+        colour = np.rint(np.clip(smooth, 0, 255)).astype(np.uint8)
     warped = cv2.warpPerspective(colour, matrix, size, flags=cv2.INTER_LINEAR, borderMode=cv2.BORDER_CONSTANT)
     inside = (
         cv2.warpPerspective(picture.mask.astype(np.float32), matrix, size, flags=cv2.INTER_LINEAR) > 0.999
@@ -311,7 +310,7 @@ def _night(colour: NDArray[Any], rng: np.random.Generator) -> NDArray[Any]:
     height, width = colour.shape[:2]
     lamps = np.zeros((height, width), dtype=np.float32)
     lamps[rng.integers(0, height, 12), rng.integers(0, width, 12)] = 1.0
-    light = blurred(lamps, 0.06 * width)
+    light = blurred(lamps, 0.06 * width, mirrored=True)
     light = light / max(float(light.max()), 1e-9)
     lit = (1 - 0.6 * colour) * (0.12 + 0.8 * light[..., None])
     noise = rng.normal(0, 0.01, colour.shape)
@@ -327,7 +326,7 @@ def _haze(colour: NDArray[Any], rng: np.random.Generator) -> NDArray[Any]:
 def _drawing(colour: NDArray[Any], rng: np.random.Generator) -> NDArray[Any]:
     """Dark lines on paper where the luminance bends."""
     grey = _luminance(colour)
-    bend = blurred(grey, 1.5) - blurred(grey, 3.0)
+    bend = blurred(grey, 1.5, mirrored=True) - blurred(grey, 3.0, mirrored=True)
     ink = np.clip(np.abs(bend) / (3 * bend.std() + 1e-9), 0, 1)
     paper = 0.95 + rng.normal(0, 0.01, grey.shape)
     return np.repeat((paper - 0.9 * ink)[..., None], 3, axis=2)
@@ -335,7 +334,7 @@ def _drawing(colour: NDArray[Any], rng: np.random.Generator) -> NDArray[Any]:
 
 def _engraving(colour: NDArray[Any], rng: np.random.Generator) -> NDArray[Any]:
     """Hatching that is denser where the picture is dark."""
-    grey = blurred(_luminance(colour), 1.0)
+    grey = blurred(_luminance(colour), 1.0, mirrored=True)
     y, x = np.mgrid[: grey.shape[0], : grey.shape[1]]
     wave = 0.5 + 0.5 * np.sin((x + y + rng.uniform(0, 6)) * (2 * np.pi / 5))
     ink = 1 / (1 + np.exp(-(wave - 0.15 - 0.8 * grey) * 12))

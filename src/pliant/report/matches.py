@@ -147,7 +147,7 @@ def match_page(
         "rows": table,
         "count": str(len(match.points1)),
         "shown": str(min(50, len(match.points1))),
-        "legend": "found" if truth is None else "found; true box dashed",
+        "legend": "the part found" if truth is None else "the part found; dashed: the true box",
         # "<" in text could end the script element that carries the data.
         "data": json.dumps(data, separators=(",", ":"), allow_nan=False).replace("<", "\\u003c"),
         "script": _asset("matches.js"),
