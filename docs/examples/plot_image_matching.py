@@ -8,6 +8,7 @@ are changed in known ways, so the truth is exact.
 
 # %%
 # A photograph, and the same turned to night with lamps of its own, then turned and resized.
+from pliant.evaluate.relevance import transform_error
 from pliant.images import match_pair, moved, shipped_photographs, synthetic_pair
 from pliant.report.matches import match_figure
 
@@ -19,8 +20,6 @@ match_figure(night.picture1, night.picture2, match, title="By day and by night")
 
 # %%
 # How far is the transform found from the true one, over the picture?
-from pliant.evaluate.relevance import transform_error
-
 error = transform_error(match.transform, night.homography, night.box1, night.picture2.size)
 print(f"{error:.2%} of the diagonal")
 

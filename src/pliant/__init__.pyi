@@ -29,6 +29,10 @@ from .geodesic import gch_edges as gch_edges
 from .geodesic import geodesic_distances as geodesic_distances
 from .geodesic import gfe as gfe
 from .geodesic import nearest as nearest
+from .images import PairMatch as PairMatch
+from .images import Picture as Picture
+from .images import load_picture as load_picture
+from .images import match_pair as match_pair
 from .matching import Correspondence as Correspondence
 from .matching import FunctionalMap as FunctionalMap
 from .matching import KeyComponents as KeyComponents
@@ -62,7 +66,10 @@ from .mesh import save_arrays as save_arrays
 from .mesh import save_mesh as save_mesh
 from .mesh import shapes as shapes
 from .mesh import spin_transform as spin_transform
+from .mesh import vertex_components as vertex_components
 from .mesh import with_noise as with_noise
+from .mesh import without_degenerate_faces as without_degenerate_faces
+from .mesh import without_duplicate_faces as without_duplicate_faces
 from .mesh import without_unreferenced as without_unreferenced
 from .report import hemisphere_views as hemisphere_views
 from .report import histogram_figure as histogram_figure

@@ -2,5 +2,15 @@
 
 from .hits import DEFAULT_FRACTIONS, HitRates, hit_rate, mean_hit_rates
 from .maps import MapError, map_error
+from .relevance import RelevanceScores, relevance_scores
 
-__all__ = ["DEFAULT_FRACTIONS", "HitRates", "MapError", "hit_rate", "map_error", "mean_hit_rates"]
+__all__ = [
+    "DEFAULT_FRACTIONS",
+    "HitRates",
+    "MapError",
+    "RelevanceScores",
+    "hit_rate",
+    "map_error",
+    "mean_hit_rates",
+    "relevance_scores",
+]
