@@ -1,12 +1,5 @@
 from . import datasets as datasets
 from . import errors as errors
-from .errors import FileFormatError as FileFormatError
-from .errors import InputError as InputError
-from .errors import MeshError as MeshError
-from .errors import MissingExtraError as MissingExtraError
-from .errors import NumericalError as NumericalError
-from .errors import PliantError as PliantError
-from .errors import PliantWarning as PliantWarning
 from .descriptors import Whitener as Whitener
 from .descriptors import bde as bde
 from .descriptors import bdk as bdk
@@ -14,6 +7,13 @@ from .descriptors import curvature_signature as curvature_signature
 from .descriptors import geodesic_context as geodesic_context
 from .descriptors import hks as hks
 from .descriptors import wks as wks
+from .errors import FileFormatError as FileFormatError
+from .errors import InputError as InputError
+from .errors import MeshError as MeshError
+from .errors import MissingExtraError as MissingExtraError
+from .errors import NumericalError as NumericalError
+from .errors import PliantError as PliantError
+from .errors import PliantWarning as PliantWarning
 from .evaluate import HitRates as HitRates
 from .evaluate import MapError as MapError
 from .evaluate import hit_rate as hit_rate

@@ -241,10 +241,24 @@ def test_some_sources_add_up_to_all(solver: str) -> None:
     rng = np.random.default_rng(0)
     forth, back = rng.random(mesh.n_vertices), rng.random(mesh.n_vertices)
     groups = np.array_split(rng.permutation(mesh.n_vertices), 3)
-    parts = hierarchy.betweenness_of_groups(groups, forth, back)
+    parts = [hierarchy.betweenness(forth, back, sources=group) for group in groups]
     np.testing.assert_allclose(sum(parts), hierarchy.betweenness(forth, back), rtol=1e-9, atol=1e-9)
     twice = hierarchy.betweenness(sources=[7, 7])
     np.testing.assert_allclose(twice, 2 * hierarchy.betweenness(sources=[7]), rtol=1e-12)
+
+
+@pytest.mark.parametrize("graph", [lattice(13, 12), path_graph(70), None], ids=["ties", "path", "mesh"])
+def test_scaling_by_distance_is_exact_over_all_sources(graph: EdgeGraph | None) -> None:
+    hierarchy = GeodesicHierarchy(pliant.shapes.bumpy_sphere(3, rng=3) if graph is None else graph)
+    n = hierarchy.n_vertices
+    weights = np.random.default_rng(0).random(n)
+    exact = hierarchy.betweenness(weights, weights)
+    groups = np.array_split(np.random.default_rng(1).permutation(n), 5)
+    parts = hierarchy.sampled_betweenness(groups, weights)
+    np.testing.assert_allclose(parts.sum(axis=0), exact, rtol=1e-9, atol=1e-9 * exact.max())
+    np.testing.assert_array_equal(parts, hierarchy.sampled_betweenness(groups, weights, n_jobs=1))
+    doubled = hierarchy.sampled_betweenness(groups[:1], weights, np.full(n, 2.0))
+    np.testing.assert_allclose(doubled[0], 2 * parts[0], rtol=1e-12)
 
 
 def test_the_result_does_not_depend_on_threads_or_history() -> None:

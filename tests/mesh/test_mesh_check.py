@@ -205,3 +205,15 @@ def test_dirty_meshes_are_named(data: Path) -> None:
     heart = check_up(load_mesh(data / "heart" / "aha" / "LV_4396_vertices_with_aha_segments.vtk"))
     assert found(heart)["non-manifold edges"][0] == 15
     assert heart.genus is None
+
+
+def test_every_remedy_names_calls_that_exist():
+    import re
+    from pathlib import Path
+
+    import pliant
+
+    text = Path(pliant.check_up.__code__.co_filename).read_text()
+    calls = set(re.findall(r"\b(\w+)\(mesh[,)]", "".join(re.findall(r'"[^"]*"', text))))
+    assert "orient" in calls
+    assert not [name for name in calls if not hasattr(pliant, name)]

@@ -38,6 +38,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
             code = _run(arguments)
             sys.stdout.flush()
         except KeyboardInterrupt:
+            complain("interrupted", "stopped before the end")
             code = INTERRUPTED
         except BrokenPipeError:
             code = abandon_output()

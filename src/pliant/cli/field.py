@@ -81,7 +81,7 @@ def field(
     seed: Seed = 0,
     jobs: Jobs = None,
     up: Up = "z",
-    scale: Scale = "linear",
+    scale: Scale = "log",
     as_json: AsJson = False,
 ) -> None:
     """Measure how many shortest paths pass each vertex: the geodesic field estimate (GFE)."""
@@ -90,7 +90,16 @@ def field(
     surface = load_mesh(mesh)
     report = check_up(surface)
     report_findings(mesh.name, report.findings)
-    result = measure(surface, mesh.name, weights=weights, graph=graph, samples=samples, seed=seed, jobs=jobs)
+    result = measure(
+        surface,
+        mesh.name,
+        weights=weights,
+        graph=graph,
+        samples=samples,
+        seed=seed,
+        jobs=jobs,
+        length_unit=_unit_of(mesh),
+    )
     if out is not None:
         _write_values(out, result)
     if figure is not None:
@@ -104,6 +113,20 @@ def field(
     result.show()
     for path in written:
         say(f"wrote {path}")
+
+
+def _unit_of(path: Path) -> str:
+    """Return "mm" for the formats that are in millimetres by definition, "" for those that do not say."""
+    from ..errors import InputError
+    from ..mesh.formats import for_writing
+
+    name = path.name.lower().removesuffix(".gz")
+    if name.endswith(".gii"):
+        return "mm"
+    try:
+        return "mm" if for_writing(name).name.startswith("FreeSurfer") else ""
+    except InputError:
+        return ""
 
 
 def _write_values(path: Path, result: Measurement) -> None:

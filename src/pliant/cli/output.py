@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 import sys
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
@@ -64,6 +65,9 @@ def folder_checked(path: Path | None) -> Path | None:
     """Refuse an output file whose folder is not there, before the work and not after it."""
     if path is not None and not path.absolute().parent.is_dir():
         message = f"the folder {path.parent} does not exist"
+        raise typer.BadParameter(message)
+    if path is not None and not os.access(path.absolute().parent, os.W_OK):
+        message = f"the folder {path.absolute().parent} cannot be written to"
         raise typer.BadParameter(message)
     if path is not None and path.is_dir():
         message = f"{path} is a folder; name a file"

@@ -12,7 +12,7 @@ from scipy import stats
 from .._arrays import FloatArray, IntArray, frozen
 from ..errors import InputError, MeshError, PliantWarning, first_indices
 from ..mesh import Mesh
-from .graph import GraphKind
+from .graph import GraphKind, edge_graph
 from .hierarchy import GeodesicHierarchy
 
 Weights = Literal["area", "uniform"]
@@ -71,7 +71,7 @@ def gfe(
     graph : {"edges", "refined"}
         Where paths run, see :func:`pliant.edge_graph`.
     hierarchy : GeodesicHierarchy, optional
-        One built before from this mesh; ``graph`` is then ignored.
+        One built before from this mesh and kind of graph.
     n_jobs : int, optional
         Threads; all processors by default. The result does not depend on it.
     progress : bool
@@ -155,10 +155,15 @@ def estimate_gfe(
 
     Notes
     -----
-    Unbiased: sources are drawn at random within strata that cover the surface evenly, and all targets are taken.
-    The half-width is Student's, from the spread of 16 independent groups of sources, corrected for the finite number
-    of vertices. Where traffic is rare the distribution is skewed, and with few samples intervals cover
-    less often than they say.
+    Unbiased: sources are drawn at random within strata that cover the surface evenly, all targets are taken, and
+    paths count by how far their source is, which keeps the variance low (see
+    :meth:`GeodesicHierarchy.sampled_betweenness`). The half-width is Student's, from the spread of 16 independent
+    groups of sources, corrected for the finite number of vertices. Where traffic is rare the distribution is
+    skewed, and with few samples intervals cover less often than they say: docs/field.md has measured shares.
+
+    References
+    ----------
+    Geisberger, Sanders and Schultes, Better approximation of betweenness centrality, 2008.
 
     Examples
     --------
@@ -183,10 +188,8 @@ def estimate_gfe(
         exact = solver.betweenness(back, back, n_jobs=n_jobs, progress=progress)
         return FieldEstimate(exact * scale, np.zeros(n), confidence, np.arange(n))
     groups, stands_for = _stratified(solver.order, n_strata, np.random.default_rng(rng))
-    found = solver.betweenness_of_groups(
-        list(groups), back * stands_for, back, n_jobs=n_jobs, progress=progress
-    )
-    estimates = np.stack(found) * scale
+    found = solver.sampled_betweenness(list(groups), back, stands_for, n_jobs=n_jobs, progress=progress)
+    estimates = found * scale
     missing = 1 - n_strata * GROUPS / n
     error = np.sqrt(estimates.var(axis=0, ddof=1) / GROUPS * missing)
     half = stats.t.ppf(0.5 + confidence / 2, GROUPS - 1) * error
@@ -207,9 +210,15 @@ def _stratified(order: IntArray, n_strata: int, rng: np.random.Generator) -> tup
 
 
 def _solver(mesh: Mesh, graph: GraphKind, hierarchy: GeodesicHierarchy | None) -> GeodesicHierarchy:
-    solver = GeodesicHierarchy(mesh, graph) if hierarchy is None else hierarchy
-    if solver.n_vertices != mesh.n_vertices:
-        message = f"the hierarchy has {solver.n_vertices} vertices, the mesh {mesh.n_vertices}"
+    metric = edge_graph(mesh, graph)
+    solver = GeodesicHierarchy(metric) if hierarchy is None else hierarchy
+    own = solver.graph
+    # Poses of one shape share their faces: lengths tell them apart.
+    if not (np.array_equal(own.edges, metric.edges) and np.array_equal(own.lengths, metric.lengths)):
+        message = (
+            f"the hierarchy ({own.n_vertices} vertices, {own.n_edges} edges) is not of this mesh and graph={graph!r} "
+            f"({metric.n_vertices} vertices, {metric.n_edges} edges)"
+        )
         raise InputError(message)
     pieces = int(solver.components.max()) + 1
     if pieces > 1:

@@ -7,14 +7,15 @@ For a source s and a target t of weight W(s, t), every arc on a shortest path be
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from queue import Empty, SimpleQueue
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from .._arrays import FloatArray
+from .._arrays import FloatArray, IntArray
 from .._kernels import inlined_kernel, summing_kernel
 from .counting import climb_counting, descend_counting
 from .customise import UNREACHED, CountedArcs
@@ -25,11 +26,11 @@ from .sweeps import LANES, ancestors_of, forget
 LARGEST_COUNT = 1e200
 
 
-class _Workspace:
+class Workspace:
     """What one thread needs to sweep: labels, counts and dependencies over (vertex, lane).
 
     Its copy of the arcs is reordered as it goes: row v starts with those that were tight in the last sweep, up to
-    ``tight_to[v]``.
+    ``tight_to[v]``. ``listed``, ``label``, ``ways`` and ``waiting`` belong to the sources' ancestors.
     """
 
     def __init__(self, arcs: CountedArcs) -> None:
@@ -46,6 +47,9 @@ class _Workspace:
         self.tight_climb_to = np.empty(n, dtype=np.int64)
         self.place = np.full(n, -1, dtype=np.int32)
         self.found = np.empty(n, dtype=np.int32)
+        self.listed = self.found[:0]
+        self.label = self.distance[:0]
+        self.ways = self.waiting = self.count[:0]
 
     def reset(self, arcs: CountedArcs) -> None:
         """Forget what earlier sweeps did, so that the next result does not depend on them to the last bit."""
@@ -54,6 +58,51 @@ class _Workspace:
         self.lengths[:] = arcs.lengths
         self.tight_to[:] = arcs.rows[:-1]
         self.dependency[:] = 0.0
+
+
+class Sweep:
+    """The way from sources to labels, counts and tight arcs, in workspaces that threads share out."""
+
+    def __init__(self, skeleton: Elimination, arcs: CountedArcs) -> None:
+        self.parent, self.arcs = skeleton.parent, arcs
+        self._idle: SimpleQueue[Workspace] = SimpleQueue()
+
+    @contextmanager
+    def workspace(self) -> Iterator[Workspace]:
+        """Lend a workspace, reset."""
+        try:
+            space = self._idle.get_nowait()
+        except Empty:
+            space = Workspace(self.arcs)
+        space.reset(self.arcs)
+        yield space
+        self._idle.put(space)
+
+    def forward(self, sources: NDArray[Any], w: Workspace, *, lowest: int) -> bool:
+        """Climb from the sources and descend to ``lowest``; False where path counts overflow."""
+        arcs = self.arcs
+        w.listed = ancestors_of(sources, self.parent, w.place, w.found)
+        w.label = np.full((len(w.listed), LANES), UNREACHED, dtype=np.int32)
+        w.ways = np.zeros((len(w.listed), LANES))
+        w.waiting = np.zeros((len(w.listed), LANES))
+        own = (w.place[sources], np.arange(len(sources)))
+        w.label[own], w.ways[own] = 0, 1.0
+        climb_counting(
+            w.listed, w.place, arcs.rows, arcs.heads, arcs.lengths, arcs.counts, w.label, w.ways,
+            w.tight_climb, w.tight_climb_to,
+        )  # fmt: skip
+        largest = descend_counting(
+            lowest, w.place, arcs.rows, w.label, w.ways, w.numbers, w.heads, w.lengths, w.tight_to,
+            arcs.counts, w.distance, w.count, w.plain,
+        )  # fmt: skip
+        if largest < LARGEST_COUNT:
+            return True
+        self.finish(w)
+        return False
+
+    def finish(self, w: Workspace) -> None:
+        """Make the workspace ready for the next sources."""
+        forget(w.listed, w.place)
 
 
 class FlowJob:
@@ -73,47 +122,34 @@ class FlowJob:
         *,
         both_ways: bool,
     ) -> None:
-        self.parent, self.arcs = skeleton.parent, arcs
+        self.sweep, self.arcs = Sweep(skeleton, arcs), arcs
         self.forth, self.back, self.both_ways = forth, back, both_ways
-        self._idle: SimpleQueue[_Workspace] = SimpleQueue()
 
     def __call__(self, lanes: Sequence[NDArray[Any]]) -> FloatArray | None:
         """Sweep each batch of sources (ranks, at most one a lane) and add up the flow."""
         flow = np.zeros(len(self.arcs.heads))
-        try:
-            space = self._idle.get_nowait()
-        except Empty:
-            space = _Workspace(self.arcs)
-        space.reset(self.arcs)
-        fine = all(self._sweep(sources, space, flow) for sources in lanes)
-        self._idle.put(space)
-        return flow if fine else None
+        with self.sweep.workspace() as w:
+            for sources in lanes:
+                lowest = int(sources.min()) if self.both_ways else 0
+                if not self.sweep.forward(sources, w, lowest=lowest):
+                    return None
+                self._carry(sources, w, lowest, flow)
+                self.sweep.finish(w)
+        return flow
 
-    def _sweep(self, sources: NDArray[Any], w: _Workspace, flow: FloatArray) -> bool:
-        arcs, place = self.arcs, w.place
-        lowest = int(sources.min()) if self.both_ways else 0
+    def _carry(self, sources: NDArray[Any], w: Workspace, lowest: int, flow: FloatArray) -> None:
+        arcs = self.arcs
         lane_sources = np.full(LANES, -1, dtype=np.int64)
         lane_sources[: len(sources)] = sources
-        listed = ancestors_of(sources, self.parent, place, w.found)
-        label = np.full((len(listed), LANES), UNREACHED, dtype=np.int32)
-        ways = np.zeros((len(listed), LANES))
-        waiting = np.zeros((len(listed), LANES))
-        own = (place[sources], np.arange(len(sources)))
-        label[own], ways[own] = 0, 1.0
-
-        fixed = (arcs.heads, arcs.lengths, arcs.counts)
-        climb_tight = (w.tight_climb, w.tight_climb_to)
-        state = (w.numbers, w.heads, w.lengths, w.tight_to, arcs.counts, w.distance, w.count, w.plain)
-        climb_counting(listed, place, arcs.rows, *fixed, label, ways, *climb_tight)
-        largest = descend_counting(lowest, place, arcs.rows, label, ways, *state)
-        fine = bool(largest < LARGEST_COUNT)
-        if fine:
-            weights = (self.both_ways, self.forth, self.back)
-            bounds = (lowest, int(sources.max()), lane_sources)
-            carry_back(*bounds, *weights, place, arcs.rows, label, waiting, *state, w.dependency, flow)
-            carry_down_climb(listed, place, *fixed, label, ways, waiting, *climb_tight, flow)
-        forget(listed, place)
-        return fine
+        carry_back(
+            lowest, int(sources.max()), lane_sources, self.both_ways, self.forth, self.back, w.place,
+            arcs.rows, w.label, w.waiting, w.numbers, w.heads, w.lengths, w.tight_to, arcs.counts,
+            w.distance, w.count, w.plain, w.dependency, flow,
+        )  # fmt: skip
+        carry_down_climb(
+            w.listed, w.place, arcs.heads, arcs.lengths, arcs.counts, w.label, w.ways, w.waiting,
+            w.tight_climb, w.tight_climb_to, flow,
+        )  # fmt: skip
 
 
 @summing_kernel
@@ -239,3 +275,18 @@ def carry_down_climb(
                 climbed_flow[i, lane] += moved
                 total += moved * climbed_count[i, lane]
             flow[arc] += total
+
+
+def passing_flow(
+    edges: IntArray, edge_flow: FloatArray, forth: FloatArray, back: FloatArray, components: IntArray
+) -> FloatArray:
+    """Flow through each vertex: half of what its edges carry, once what begins or ends there is taken off."""
+    n = len(forth)
+    carried = np.bincount(edges[:, 0], edge_flow, n) + np.bincount(edges[:, 1], edge_flow, n)
+    all_forth = np.bincount(components, forth)[components]
+    all_back = np.bincount(components, back)[components]
+    ending = 0.5 * (forth * (all_back - back) + back * (all_forth - forth))
+    through: FloatArray = 0.5 * (carried - ending)
+    # What is left of two large equal numbers is rounding, not traffic.
+    through[through < 1e-12 * carried] = 0.0
+    return through

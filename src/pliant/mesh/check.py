@@ -333,12 +333,12 @@ def _edge_length(mesh: Mesh) -> dict[str, float]:
 def _unit(diagonal: float) -> tuple[Literal["mm", "cm", "m", "unknown"], str]:
     size = f"the bounding box measures {diagonal:.4g} across"
     if 30 <= diagonal <= 600:
-        return "mm", f"{size}, an organ in millimetres"
+        return "mm", f"{size}, as an organ in millimetres would"
     if 5 <= diagonal < 30:
-        return "cm", f"{size}, an organ in centimetres"
+        return "cm", f"{size}, as an organ in centimetres would"
     if 0.03 <= diagonal < 0.6:
-        return "m", f"{size}, an organ in metres"
-    return "unknown", f"{size}, no organ in mm, cm or m"
+        return "m", f"{size}, as an organ in metres would"
+    return "unknown", f"{size}, as no organ in mm, cm or m would"
 
 
 def _finite(value: float) -> float | None:

@@ -224,6 +224,13 @@ def without_degenerate_faces(mesh: Mesh) -> Repair:
     -----
     Dropping a face of three distinct vertices in one line leaves a slit of no width; ``check_up``
     counts it as a boundary loop.
+
+    Examples
+    --------
+    >>> from pliant import Mesh
+    >>> mesh, _ = without_degenerate_faces(Mesh([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2], [1, 1, 2]]))
+    >>> mesh
+    Mesh(3 vertices, 1 faces)
     """
     kept = np.flatnonzero(~degenerate_faces(mesh))
     return _repair(mesh, Mesh(mesh.vertices, mesh.faces[kept]), kept=kept)
@@ -240,6 +247,13 @@ def without_duplicate_faces(mesh: Mesh) -> Repair:
     Returns
     -------
     Repair
+
+    Examples
+    --------
+    >>> from pliant import Mesh
+    >>> mesh, _ = without_duplicate_faces(Mesh([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2], [2, 1, 0]]))
+    >>> mesh
+    Mesh(3 vertices, 1 faces)
     """
     kept = np.flatnonzero(~duplicate_faces(mesh))
     return _repair(mesh, Mesh(mesh.vertices, mesh.faces[kept]), kept=kept)

@@ -1,0 +1,176 @@
+"""Betweenness from some sources only, with little variance: each pair counted by how far away its source is.
+
+Taken as they are, the contributions of sampled sources to a vertex are mostly small and rarely huge (from sources right
+behind it), so that a sample underestimates and does not know it. Here the share that the path from s to t gives to
+x is multiplied by ``2 d(s, x) / d(s, t)``. From the other end the factor is ``2 d(t, x) / d(s, t)``, and the two
+average to 1: still unbiased, but near sources no longer matter and far ones agree. (Linear scaling:
+Geisberger, Sanders and Schultes 2008.)
+
+The factor differs from vertex to vertex along a path, so every arc carries four sums over the sources: flow in the
+climbing and in the descending direction, and each times the distance of the arc's lower vertex. Distances along an
+arc are linear in these, and unpacking keeps them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .._arrays import FloatArray
+from .._kernels import kernel
+from .customise import UNREACHED, CountedArcs
+from .elimination import Elimination
+from .flow import Sweep
+from .sweeps import LANES
+
+# Columns of the sums an arc carries.
+UP, UP_MOMENT, DOWN, DOWN_MOMENT = 0, 1, 2, 3
+
+
+class SampledFlowJob:
+    """Callable for threads: traffic through every vertex from a list of source batches, None on overflow.
+
+    ``weights`` are by rank and stand for sources and targets alike; ``stands_for`` multiplies a source.
+    """
+
+    def __init__(
+        self, skeleton: Elimination, arcs: CountedArcs, weights: FloatArray, stands_for: FloatArray
+    ) -> None:
+        self.sweep = Sweep(skeleton, arcs)
+        self.arcs, self.weights, self.stands_for = arcs, weights, stands_for
+
+    def __call__(self, lanes: Sequence[NDArray[Any]]) -> FloatArray | None:
+        """Return half the scaled traffic through each rank, as exact betweenness is half of ordered pairs."""
+        arcs = self.arcs
+        sums = np.zeros((len(arcs.heads), 4))
+        ending = np.zeros(len(self.weights))
+        with self.sweep.workspace() as w:
+            for sources in lanes:
+                if not self.sweep.forward(sources, w, lowest=0):
+                    return None
+                lane_weights = np.zeros(LANES)
+                lane_weights[: len(sources)] = (self.weights * self.stands_for)[sources]
+                _carry(
+                    lane_weights, self.weights, w.place, arcs.rows, w.label, w.waiting, w.numbers, w.heads,
+                    w.lengths, w.tight_to, arcs.counts, w.distance, w.count, w.plain, w.dependency, sums, ending,
+                )  # fmt: skip
+                _carry_climb(
+                    w.listed, w.place, arcs.heads, arcs.lengths, arcs.counts, w.label, w.ways, w.waiting,
+                    w.tight_climb, w.tight_climb_to, sums,
+                )  # fmt: skip
+                self.sweep.finish(w)
+        tails = np.repeat(np.arange(len(arcs.rows) - 1), np.diff(arcs.rows)).astype(np.int32)
+        _unpack(sums, arcs.counts, arcs.lengths, arcs.whole, arcs.first, arcs.second)
+        passing = _at_vertices(sums, arcs, tails)
+        return np.asarray(0.25 * (passing - ending))
+
+
+@kernel
+def _carry(
+    lane_weights: Any,
+    weights: Any,
+    place: Any,
+    rows: Any,
+    climbed: Any,
+    waiting: Any,
+    numbers: Any,
+    heads: Any,
+    lengths: Any,
+    tight_to: Any,
+    counts: Any,
+    distance: Any,
+    count: Any,
+    plain: Any,
+    dependency: Any,
+    sums: Any,
+    ending: Any,
+) -> None:
+    """Send ``2 W / d(s, t)`` from every target towards its source; see :func:`pliant.geodesic.flow.carry_back`."""
+    due = np.empty(LANES)
+    for v in range(len(place)):
+        for lane in range(LANES):
+            reach = distance[v, lane]
+            due[lane] = 0.0
+            if 0 < reach < UNREACHED:
+                weight = 2.0 * lane_weights[lane] * weights[v]
+                ending[v] += weight
+                due[lane] = weight / reach / (1.0 if plain[v] else count[v, lane])
+            due[lane] += dependency[v, lane]
+            dependency[v, lane] = 0.0
+        for arc in range(rows[v], tight_to[v]):
+            u, number = heads[arc], numbers[arc]
+            for lane in range(LANES):
+                if np.int32(distance[u, lane] + lengths[arc]) == distance[v, lane]:
+                    moved = due[lane] * counts[number]
+                    dependency[u, lane] += moved
+                    moved *= 1.0 if plain[u] else count[u, lane]
+                    sums[number, DOWN] += moved
+                    sums[number, DOWN_MOMENT] += moved * distance[v, lane]
+        at = place[v]
+        if at >= 0:
+            for lane in range(LANES):
+                apex = climbed[at, lane] == distance[v, lane] and distance[v, lane] < UNREACHED
+                waiting[at, lane] = due[lane] if apex else 0.0
+
+
+@kernel
+def _carry_climb(
+    listed: Any,
+    place: Any,
+    heads: Any,
+    lengths: Any,
+    counts: Any,
+    climbed: Any,
+    ways: Any,
+    waiting: Any,
+    tight: Any,
+    tight_to: Any,
+    sums: Any,
+) -> None:
+    for i in range(len(listed) - 1, -1, -1):
+        for t in range(tight_to[i - 1] if i else 0, tight_to[i]):
+            arc = tight[t]
+            above = place[heads[arc]]
+            for lane in range(LANES):
+                if np.int32(climbed[i, lane] + lengths[arc]) == climbed[above, lane]:
+                    moved = waiting[above, lane] * counts[arc]
+                    waiting[i, lane] += moved
+                    moved *= ways[i, lane]
+                    sums[arc, UP] += moved
+                    sums[arc, UP_MOMENT] += moved * climbed[i, lane]
+
+
+@kernel
+def _unpack(sums: Any, counts: Any, lengths: Any, whole: Any, first: Any, second: Any) -> None:
+    """Hand what an arc carries down to the two it is made of, in place.
+
+    The arc runs from a to b, a lower; its detour through the lower m is the arcs (m, a) and (m, b).
+    """
+    for d in range(len(whole)):
+        arc, to_a, to_b = whole[d], first[d], second[d]
+        share = counts[to_a] * counts[to_b] / counts[arc]
+        up, down = share * sums[arc, UP], share * sums[arc, DOWN]
+        # Climbing passes a, m, b; descending b, m, a. The distance of m follows from that of a.
+        up_at_m = share * sums[arc, UP_MOMENT] + up * lengths[to_a]
+        down_at_m = share * sums[arc, DOWN_MOMENT] - down * lengths[to_a]
+        sums[to_a, DOWN] += up
+        sums[to_a, DOWN_MOMENT] += up_at_m
+        sums[to_b, UP] += up
+        sums[to_b, UP_MOMENT] += up_at_m
+        sums[to_b, DOWN] += down
+        sums[to_b, DOWN_MOMENT] += down_at_m
+        sums[to_a, UP] += down
+        sums[to_a, UP_MOMENT] += down_at_m
+
+
+def _at_vertices(sums: FloatArray, arcs: CountedArcs, tails: NDArray[np.int32]) -> FloatArray:
+    """Sum, over the edges at each vertex, of flow times the vertex's distance from the source."""
+    n = len(arcs.rows) - 1
+    own = sums * arcs.edge_share[:, None]
+    low = own[:, UP_MOMENT] + own[:, DOWN_MOMENT]
+    high = low + arcs.lengths * (own[:, UP] - own[:, DOWN])
+    carried: FloatArray = np.bincount(tails, low, n).astype(np.float64)
+    return carried + np.bincount(arcs.heads, high, n)
