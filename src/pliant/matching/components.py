@@ -90,7 +90,7 @@ def key_components(
     least_area : float
         Drop components below this share of the surface.
     rng : int or numpy.random.Generator
-        Seed of k-means (best of ten starts).
+        Seed of k-means (best of fifty starts).
 
     Returns
     -------
@@ -157,7 +157,7 @@ def _clusters(values: FloatArray, areas: FloatArray, count: int, rng: int | np.r
     weights = areas / areas.mean()
     # Threads would sum in an order that differs from run to run.
     with threadpool_limits(1):
-        raw = KMeans(count, n_init=10, tol=0, random_state=seed).fit(scaled, sample_weight=weights).labels_
+        raw = KMeans(count, n_init=50, tol=0, random_state=seed).fit(scaled, sample_weight=weights).labels_
     order = np.argsort(-np.bincount(raw, weights=areas, minlength=count), kind="stable")
     rank = np.empty(count, dtype=np.int64)
     rank[order] = np.arange(count)
