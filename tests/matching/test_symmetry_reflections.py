@@ -234,3 +234,12 @@ def test_a_remeshed_cat(data: Path):
     found = detect_symmetries(mesh).symmetries
     assert len(found) == 1
     assert mean_error(mesh, found[0].point_map, vertices, truth) < 0.03
+
+
+def test_a_slender_spheroid_gets_no_reflection_through_an_arbitrary_plane():
+    mesh = shapes.ellipsoid([1, 0.2, 0.2], 3)
+    across = mesh.vertices[:, 1:]
+    for found in reflections(mesh, eigenbasis(mesh, 120)).reflections:
+        image = across[found.point_map]
+        cosine = (image * across).sum(axis=1)[np.abs(mesh.vertices[:, 0]) < 0.8] / 0.04
+        assert abs(np.sign(cosine).sum()) > 0.9 * len(cosine)

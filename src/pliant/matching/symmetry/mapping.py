@@ -14,6 +14,7 @@ from ...mesh import Mesh
 from ...spectral import Spectrum
 from ._frame import Coarse, Frame
 from ._refine import coarse_points, dense_points, first_map, grown, orthogonal
+from ._slide import slides
 from .measures import MapQuality, quality_of, signature_residual
 from .voting import agreements, best_per_source, candidate_pairs
 
@@ -354,6 +355,12 @@ def _judged(
     for found in sorted(passed, key=_merit):
         if all(_agreeing_area(frame, found.point_map, other.point_map) < _SHARED for other in taken):
             taken.append(found)
+    if any(slides(coarse.first(_QUICK[0]), found.matrix, min(_QUICK[1], k), _QUICK[2]) for found in taken):
+        reason = (
+            "continuous symmetry: a reflection turned by any angle is as good, as on a surface of revolution; "
+            "no one reflection is meant"
+        )
+        return GlobalSearch((), (reason,))
     return GlobalSearch(tuple(taken), () if taken else tuple(dict.fromkeys(reasons)))
 
 
