@@ -33,7 +33,7 @@ class KeyComponents:
     areas : (c,) array of float
         Area of each component, in the mesh's unit squared.
     clusters : (n,) array of int
-        Cluster of each vertex: 0 for the one of largest area, which is the shape's bulk.
+        Cluster of each vertex; 0 is the shape's bulk.
     """
 
     distinctive: BoolArray
@@ -72,8 +72,7 @@ def key_components(
     """Find the regions where a shape is locally distinctive: paws, ears, the tip of the tail.
 
     k-means (k = 2) on the logarithm of the mean kernel in small biharmonic balls (eq. 3.3); the
-    cluster of smaller area is the
-    distinctive one, and its connected pieces are the components.
+    cluster of larger kernel is the distinctive one, and its connected pieces are the components.
 
     Parameters
     ----------
@@ -84,13 +83,13 @@ def key_components(
     spectrum : Spectrum, optional
         The mesh's eigenbasis, where it is at hand. Otherwise 100 pairs are computed.
     descriptor : (n,) or (n, d) array_like of float, optional
-        Cluster this instead of the estimate.
+        Cluster this instead of the estimate; the bulk is then the cluster of largest area.
     clusters : int
-        More than 2 tell kinds of distinctive regions apart; all but the one of largest area count as distinctive then.
+        More than 2 tell kinds of distinctive regions apart; all but the bulk count as distinctive then.
     least_area : float
         Drop components below this share of the surface.
     rng : int or numpy.random.Generator
-        Seed of k-means (best of fifty starts).
+        Seed of k-means (best of ten starts). Two clusters of one number are found exactly and need none.
 
     Returns
     -------
@@ -132,7 +131,7 @@ def key_components(
     )
     if not np.ptp(values, axis=0).any():
         raise InputError("the descriptor is the same everywhere; there is nothing distinctive")
-    found = _clusters(values, mesh.vertex_areas, int(clusters), rng)
+    found = _clusters(values, mesh.vertex_areas, int(clusters), rng, by_value=descriptor is None)
     labels, areas = _components(mesh, found, least_area * mesh.area)
     return KeyComponents(labels >= 0, labels, areas, found)
 
@@ -147,22 +146,50 @@ def _density(mesh: Mesh, spectrum: Spectrum | None, radius: float) -> FloatArray
     return density
 
 
-def _clusters(values: FloatArray, areas: FloatArray, count: int, rng: int | np.random.Generator) -> IntArray:
-    """(n,) clusters by falling area; vertices weigh by theirs, so that dense meshing draws no centre."""
-    from sklearn.cluster import KMeans
-
-    seed = int(np.random.default_rng(rng).integers(2**31))
+def _clusters(
+    values: FloatArray, areas: FloatArray, count: int, rng: int | np.random.Generator, *, by_value: bool
+) -> IntArray:
+    """(n,) clusters, the bulk first; vertices weigh by area, so that dense meshing draws no centre."""
     spread = values.std(axis=0)
     scaled = (values - values.mean(axis=0)) / np.where(spread > 0, spread, 1)
     weights = areas / areas.mean()
-    # Threads would sum in an order that differs from run to run.
-    with threadpool_limits(1):
-        raw = KMeans(count, n_init=50, tol=0, random_state=seed).fit(scaled, sample_weight=weights).labels_
-    order = np.argsort(-np.bincount(raw, weights=areas, minlength=count), kind="stable")
+    raw = (
+        _cut(scaled[:, 0], weights)
+        if count == 2 and scaled.shape[1] == 1
+        else _means(scaled, weights, count, rng)
+    )
+    held = np.bincount(raw, weights=areas, minlength=count)
+    # Tips are far from everything, which makes the kernel large: that tells them from the bulk in every pose,
+    # even where both have half of the area.
+    means = np.bincount(raw, weights=areas * scaled[:, 0], minlength=count) / np.maximum(held, 1e-300)
+    order = np.argsort(means if by_value else -held, kind="stable")
     rank = np.empty(count, dtype=np.int64)
     rank[order] = np.arange(count)
-    clusters: IntArray = rank[raw]
-    return clusters
+    return np.asarray(rank[raw], dtype=np.int64)
+
+
+def _cut(values: FloatArray, weights: FloatArray) -> IntArray:
+    """Return the best two means of numbers: on a line the optimum is a cut, and every cut can be tried."""
+    order = np.argsort(values, kind="stable")
+    ordered, mass = values[order], weights[order]
+    below, total = np.cumsum(mass)[:-1], mass.sum()
+    moment = np.cumsum(mass * ordered)[:-1]
+    mean = (mass * ordered).sum() / total
+    # Between-cluster scatter of a cut after each number; equal numbers stay together.
+    parts = np.maximum(below * (total - below), np.finfo(float).tiny)
+    scatter = np.where(np.diff(ordered) > 0, (moment - mean * below) ** 2 / parts, -1.0)
+    cut = ordered[int(scatter.argmax())]
+    return np.asarray(values > cut, dtype=np.int64)
+
+
+def _means(values: FloatArray, weights: FloatArray, count: int, rng: int | np.random.Generator) -> IntArray:
+    from sklearn.cluster import KMeans
+
+    seed = int(np.random.default_rng(rng).integers(2**31))
+    # Threads would sum in an order that differs from run to run.
+    with threadpool_limits(1):
+        found = KMeans(count, n_init=10, random_state=seed).fit(values, sample_weight=weights).labels_
+    return np.asarray(found, dtype=np.int64)
 
 
 def _components(mesh: Mesh, clusters: IntArray, least: float) -> tuple[IntArray, FloatArray]:
@@ -175,7 +202,8 @@ def _components(mesh: Mesh, clusters: IntArray, least: float) -> tuple[IntArray,
         np.float64
     )
     kept = np.flatnonzero(areas > least)
-    kept = kept[np.argsort(-areas[kept], kind="stable")]
+    # Rounded, so that mirror twins stay in the order of their first vertices.
+    kept = kept[np.argsort(-np.round(areas[kept] / mesh.area, 9), kind="stable")]
     number = np.full(len(areas), -1, dtype=np.int64)
     number[kept] = np.arange(len(kept))
     return number[pieces], areas[kept]
