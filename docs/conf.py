@@ -10,7 +10,7 @@ from importlib import metadata
 
 project = "Pliant"
 author = "The Pliant developers"
-copyright = "2026, The Pliant developers"  # noqa: A001
+copyright = "2026, The Pliant developers"
 release = metadata.version("pliant")
 
 extensions = [

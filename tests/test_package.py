@@ -16,7 +16,9 @@ import pliant
 
 ROOT = Path(__file__).parents[1]
 SOURCES = sorted((ROOT / "src" / "pliant").rglob("*.py"))
-NAMES = [name for name in dir(pliant) if not name.startswith("_") and not inspect.ismodule(getattr(pliant, name))]
+NAMES = [
+    name for name in dir(pliant) if not name.startswith("_") and not inspect.ismodule(getattr(pliant, name))
+]
 
 
 def test_every_exported_name_is_there_and_described() -> None:
@@ -38,7 +40,9 @@ def test_rooms_export_what_the_package_does() -> None:
     pairs = re.findall(r"^from \.([\w.]+) import (\w+) as", stub, re.M)
     assert len(pairs) > 40
     absent = [
-        f"{room}.{name}" for room, name in pairs if name not in importlib.import_module(f"pliant.{room}").__all__
+        f"{room}.{name}"
+        for room, name in pairs
+        if name not in importlib.import_module(f"pliant.{room}").__all__
     ]
     assert not absent
 

@@ -63,7 +63,7 @@ def settings_table(pairs: Sequence[ImagePair]) -> Iterator[dict[str, Any]]:
     Yields
     ------
     dict
-        One row a setting; the last is the setting Pliant uses, which the dissertation did not try.
+        One row a setting; the last one the dissertation did not try.
     """
     for features, dim in (*PRINTED, (300, 40)):
         mrs, fpr = _scored(pairs, features, dim)
@@ -120,7 +120,7 @@ def _correspondences(pair: ImagePair) -> tuple[float, float]:
     rng = np.random.default_rng(0)
     one, two = view(pair.picture1, 300, rng), view(pair.picture2, 300, rng)
     blur, _ = mutual_matches(geometric_blur(one.edges, one.points), geometric_blur(two.edges, two.points))
-    joint, _ = joint_matches(one, two, 40)
+    joint, _ = joint_matches(one, two, 30)
     return _right(pair, one, two, blur), _right(pair, one, two, joint)
 
 

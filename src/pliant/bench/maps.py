@@ -1,6 +1,6 @@
 """Dense maps without landmarks on remeshed TOSCA: mean geodesic error of every pair within a class.
 
-python benchmarks/maps.py ../shared/data/shapes/tosca_remeshed_5k --pairs 20
+pliant bench maps FOLDER --pairs 20
 """
 
 from __future__ import annotations

@@ -7,6 +7,7 @@ from typing import Annotated
 import typer
 
 from .bench import bench
+from .bench_shapes import descriptors, maps
 from .components import components
 from .correspond import correspond
 from .cortex import cortex
@@ -33,6 +34,8 @@ app.command()(symmetry)
 app.command()(cortex)
 app.command()(components)
 app.command()(correspond)
+bench.command()(descriptors)
+bench.command()(maps)
 app.add_typer(bench)
 app.add_typer(image)
 

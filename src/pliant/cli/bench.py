@@ -69,9 +69,9 @@ def spectral(
         say_json({"machine": about, "rows": rows, "convergence": pointwise})
         return
     _show_machine(about)
-    _show_rows(f"{k} eigenpairs; medians", rows)
+    show_rows(f"{k} eigenpairs; medians", rows)
     if pointwise:
-        _show_rows("Laplacian of xy on random points of the unit sphere: error of 6 xy, by kind", pointwise)
+        show_rows("Laplacian of xy on random points of the unit sphere: error of 6 xy, by kind", pointwise)
 
 
 @bench.command()
@@ -100,10 +100,10 @@ def images(
         f"Partial matching on {len(loaded)} pairs", {k.replace("_", " "): str(v) for k, v in found.items()}
     )
     if rows:
-        _show_rows("Mean relevance and false share by setting (Table 6.1)", rows)
+        show_rows("Mean relevance and false share by setting (Table 6.1)", rows)
 
 
-def _show_rows(title: str, rows: Sequence[dict[str, Any]]) -> None:
+def show_rows(title: str, rows: Sequence[dict[str, Any]]) -> None:
     """Show rows of one shape under the names of their keys."""
 
     def text(value: object) -> str:
