@@ -14,7 +14,7 @@ __all__ = ["embed_pair", "mutual_matches"]
 
 
 def embed_pair(
-    features1: ArrayLike, features2: ArrayLike, dim: int = 40, *, spread: float = 3.0
+    features1: ArrayLike, features2: ArrayLike, dim: int = 30, *, spread: float = 3.0
 ) -> tuple[FloatArray, FloatArray]:
     """Place the features of two images in the eigenvectors of their joint graph.
 

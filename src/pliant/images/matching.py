@@ -87,7 +87,7 @@ def match_pair(
     mask1: Any = None,
     mask2: Any = None,
     features: int = 300,
-    dim: int = 40,
+    dim: int = 30,
     share: float = 0.9,
     intensity_weight: float = 0.0,
     rng: int | np.random.Generator = 0,
