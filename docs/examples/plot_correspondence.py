@@ -26,6 +26,10 @@ print(
 )
 
 # %%
+# The surest of them, drawn.
+pliant.correspondence_figure(a, b, pairs.points_a, pairs.points_b, up="y", title="Sparse correspondence")
+
+# %%
 # Dense: signs of the first eigenfunctions enumerated, maps grown and refined, the best kept without knowing the truth.
 found = pliant.dense_map(a, b)
 truth = np.arange(a.n_vertices)

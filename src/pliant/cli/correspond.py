@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from .field import AsJson, MeshFile
+from .field import AsJson, Figure, MeshFile, Up
 from .output import report_findings, say, say_json, show_facts, with_ending
 
 if TYPE_CHECKING:
@@ -28,6 +28,8 @@ def correspond(
     a: MeshFile,
     b: Annotated[Path, typer.Argument(metavar="MESH", help="The other mesh.")],
     out: Pairs = None,
+    figure: Figure = None,
+    up: Up = "z",
     samples: Annotated[int, typer.Option(min=3, help="Points of each surface to match.")] = 200,
     least_confidence: Annotated[
         float, typer.Option(min=0, max=1, help="Drop pairs below this confidence.")
@@ -45,12 +47,20 @@ def correspond(
     rows = _rows(found, *surfaces)
     if out is not None:
         _write(out, rows)
+    if figure is not None:
+        from ..report import correspondence_figure
+
+        title = f"{a.name} and {b.name}"
+        one, two = surfaces
+        drawn = correspondence_figure(one, two, found.points_a, found.points_b, up=up, title=title)
+        drawn.savefig(figure)
+    written = [str(path) for path in (out, figure) if path is not None]
     if as_json:
-        say_json({"a": str(a), "b": str(b), "pairs": rows, "written": [] if out is None else [str(out)]})
+        say_json({"a": str(a), "b": str(b), "pairs": rows, "written": written})
         return
     show_facts(f"{a.name} and {b.name}", {"pairs": str(len(found)), **_confidences(found)})
-    if out is not None:
-        say(f"wrote {out}")
+    for name in written:
+        say(f"wrote {name}")
 
 
 def _confidences(found: Correspondence) -> dict[str, str]:

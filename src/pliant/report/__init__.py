@@ -2,5 +2,13 @@
 
 from .figures import hemisphere_views, histogram_figure, surface_figure
 from .page import surface_page, write_page
+from .pairs import correspondence_figure
 
-__all__ = ["hemisphere_views", "histogram_figure", "surface_figure", "surface_page", "write_page"]
+__all__ = [
+    "correspondence_figure",
+    "hemisphere_views",
+    "histogram_figure",
+    "surface_figure",
+    "surface_page",
+    "write_page",
+]
