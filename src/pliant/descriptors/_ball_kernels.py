@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -10,7 +9,7 @@ import numpy as np
 from .._kernels import inlined_kernel, summing_kernel
 from ._cells import CELL
 
-__all__ = ["PATCH_RANK", "POINT_RANK", "add_gaussian_sums", "add_patch_sums", "add_point_sums"]
+__all__ = ["PATCH_RANK", "POINT_RANK", "add_ball_sums", "add_gaussian_sums"]
 
 # Coordinates a cell. Points need only enough to tell inside from outside; shares of patches need digits.
 POINT_RANK = 12
@@ -28,118 +27,6 @@ def _first_beyond(radii: Any, start: Any, stop: Any, value: Any) -> Any:
     while start < stop and radii[start] < value:
         start += 1
     return start
-
-
-def _panel_kernel(rank: int, patches: bool) -> Callable[..., None]:
-    """Compile the loop for one number of coordinates, and for points or patches."""
-
-    @summing_kernel
-    def offsets(gram: Any, own: Any, coordinates: Any, a: Any, at_a: Any, b: Any, rows: Any) -> None:
-        """Fill in what each coordinate about the centre of b adds to squared distances from each point of a."""
-        step = rank + 1
-        column = np.empty(CELL)
-        for i in range(rank):
-            slope = -2 * (gram[at_a, b * step + 1 + i] - own[b, 1 + i])
-            for j in range(CELL):
-                column[j] = slope
-            for s in range(rank):
-                slope = -2 * gram[at_a + 1 + s, b * step + 1 + i]
-                for j in range(CELL):
-                    column[j] += slope * coordinates[a, s, j]
-            for j in range(CELL):
-                rows[j, i] = column[j]
-
-    @summing_kernel
-    def squared(start: Any, row: Any, squares: Any, coordinates: Any, b: Any, found: Any) -> None:
-        """Squared distances of one point from all points of cell b."""
-        for t in range(CELL):
-            value = start + squares[b, t]
-            for i in range(rank):
-                value += row[i] * coordinates[b, i, t]
-            found[t] = value
-
-    @summing_kernel
-    def add(
-        panel: Any,
-        gram: Any,
-        own: Any,
-        points: Any,
-        coordinates: Any,
-        squares: Any,
-        residuals: Any,
-        reaches: Any,
-        spreads: Any,
-        weights: Any,
-        totals: Any,
-        radii: Any,
-        partial: Any,
-        whole: Any,
-    ) -> None:
-        n, n_radii, step = len(points), len(radii), rank + 1
-        slopes = 0.5 / spreads
-        base = np.empty(CELL)
-        found = np.empty(CELL)
-        rows = np.empty((CELL, rank))
-        for a in range(panel[0], panel[1]):
-            at_a = (a - panel[0]) * step
-            size = min(CELL, n - a * CELL)
-            for b in range(len(reaches)):
-                floor = _ROUNDING * (own[a, 0] + own[b, 0])
-                apart2 = max(own[a, 0] + own[b, 0] - 2 * gram[at_a, b * step], 0.0)
-                apart = np.sqrt(apart2)
-                margin = reaches[b] + spreads[b].max()
-                reach = reaches[a] + margin + np.sqrt(floor)
-                low = _first_beyond(radii, 0, n_radii, apart - reach)
-                high = _first_beyond(radii, low, n_radii, apart + reach)
-                if low == high:
-                    if high < n_radii:
-                        for j in range(size):
-                            whole[a * CELL + j, high, 0] += totals[b, 0]
-                            whole[a * CELL + j, high, 1] += totals[b, 1]
-                    continue
-                # Squared distances of the points of a from the centre of b.
-                for j in range(CELL):
-                    base[j] = apart2 + squares[a, j]
-                for i in range(rank):
-                    slope = 2 * (own[a, 1 + i] - gram[at_a + 1 + i, b * step])
-                    for j in range(CELL):
-                        base[j] += slope * coordinates[a, i, j]
-                offsets(gram, own, coordinates, a, at_a, b, rows)
-                worst = residuals[b].max()
-                for j in range(size):
-                    row = a * CELL + j
-                    off = 2 * apart * residuals[a, j] + floor
-                    near = np.sqrt(max(base[j] - off, 0.0)) - margin
-                    far = np.sqrt(max(base[j], 0.0) + off) + margin
-                    first = _first_beyond(radii, low, high, near)
-                    last = _first_beyond(radii, first, high, far)
-                    if last < n_radii:
-                        whole[row, last, 0] += totals[b, 0]
-                        whole[row, last, 1] += totals[b, 1]
-                    if first == last:
-                        continue
-                    squared(base[j], rows[j], squares, coordinates, b, found)
-                    doubt = 2 * (residuals[a, j] * (apart + reaches[b]) + worst * far) + floor
-                    if patches:
-                        _rooted(found, points, row, b, spreads, doubt)
-                        if a == b:
-                            found[j] = np.inf
-                    for i in range(first, last):
-                        if patches:
-                            sum0, sum1 = _covered(found, weights, slopes, b, radii[i])
-                            if a == b:
-                                # The disc around the centre itself fills from the middle.
-                                share = min(radii[i] / spreads[a, j], 1.0) ** 2
-                                sum0 += share * weights[a, 0, j]
-                                sum1 += share * weights[a, 1, j]
-                        else:
-                            _settle(found, points, row, b, radii[i] * radii[i], doubt)
-                            sum0, sum1 = _within(found, weights, b, radii[i] * radii[i])
-                        partial[row, i, 0] += sum0
-                        partial[row, i, 1] += sum1
-
-    compiled: Callable[..., None] = add
-    return compiled
 
 
 @summing_kernel
@@ -204,8 +91,149 @@ def _covered(found: Any, weights: Any, slopes: Any, cell: Any, radius: Any) -> A
     return sum0, sum1
 
 
-add_point_sums = _panel_kernel(POINT_RANK, False)
-add_patch_sums = _panel_kernel(PATCH_RANK, True)
+@summing_kernel
+def add_ball_sums(panel: Any, cells: Any, radii: Any, patches: Any, sums: Any) -> None:
+    """Add the weights of all points, or patches, in the balls around the points of a panel of cells.
+
+    A cell that lies beyond radius i - 1 and within radius i goes to ``whole[:, i]`` as one sum; one that a
+    radius cuts is counted point by point into ``partial[:, i]``. The sum over the ball i is
+    ``partial[:, i] + whole[:, : i + 1].sum()``.
+    """
+    gram, own, points, coordinates, _, _, reaches, spreads, _, _, totals = cells
+    whole = sums[1]
+    step = coordinates.shape[1] + 1
+    scratch = (np.empty(CELL), np.empty((CELL, step - 1)), np.empty(CELL))
+    for a in range(panel[0], panel[1]):
+        at_a = (a - panel[0]) * step
+        for b in range(len(reaches)):
+            floor = _ROUNDING * (own[a, 0] + own[b, 0])
+            apart2 = max(own[a, 0] + own[b, 0] - 2 * gram[at_a, b * step], 0.0)
+            margin = reaches[b] + spreads[b].max()
+            reach = reaches[a] + margin + np.sqrt(floor)
+            low = _first_beyond(radii, 0, len(radii), np.sqrt(apart2) - reach)
+            high = _first_beyond(radii, low, len(radii), np.sqrt(apart2) + reach)
+            if low < high:
+                span = (floor, margin, low, high)
+                _add_pair(a, b, at_a, apart2, span, cells, radii, patches, scratch, sums)
+            elif high < len(radii):
+                for row in range(a * CELL, min((a + 1) * CELL, len(points))):
+                    whole[row, high, 0] += totals[b, 0]
+                    whole[row, high, 1] += totals[b, 1]
+
+
+@summing_kernel
+def _add_pair(
+    a: Any,
+    b: Any,
+    at_a: Any,
+    apart2: Any,
+    span: Any,
+    cells: Any,
+    radii: Any,
+    patches: Any,
+    scratch: Any,
+    sums: Any,
+) -> None:
+    """Count the points of cell b that are in the balls around those of cell a."""
+    gram, own, points, coordinates, squares, residuals, reaches, spreads, slopes, weights, totals = cells
+    base, rows, found = scratch
+    partial, whole = sums
+    floor, margin, low, high = span
+    apart = np.sqrt(apart2)
+    _bases(gram, own, coordinates, squares, a, at_a, b, apart2, base)
+    _offsets(gram, own, coordinates, a, at_a, b, rows)
+    worst = residuals[b].max()
+    for j in range(min(CELL, len(points) - a * CELL)):
+        row = a * CELL + j
+        off = 2 * apart * residuals[a, j] + floor
+        far = np.sqrt(max(base[j], 0.0) + off) + margin
+        first = _first_beyond(radii, low, high, np.sqrt(max(base[j] - off, 0.0)) - margin)
+        last = _first_beyond(radii, first, high, far)
+        if last < len(radii):
+            whole[row, last, 0] += totals[b, 0]
+            whole[row, last, 1] += totals[b, 1]
+        if first == last:
+            continue
+        doubt = 2 * (residuals[a, j] * (apart + reaches[b]) + worst * far) + floor
+        if patches:
+            _patch_squares(base[j], rows[j], squares, coordinates, b, found)
+            _rooted(found, points, row, b, spreads, doubt)
+            if a == b:
+                _add_centre(row, j, b, spreads, weights, radii, first, last, partial)
+                found[j] = np.inf
+        else:
+            _point_squares(base[j], rows[j], squares, coordinates, b, found)
+        for i in range(first, last):
+            if patches:
+                sum0, sum1 = _covered(found, weights, slopes, b, radii[i])
+            else:
+                _settle(found, points, row, b, radii[i] * radii[i], doubt)
+                sum0, sum1 = _within(found, weights, b, radii[i] * radii[i])
+            partial[row, i, 0] += sum0
+            partial[row, i, 1] += sum1
+
+
+@summing_kernel
+def _add_centre(
+    row: Any, j: Any, cell: Any, spreads: Any, weights: Any, radii: Any, first: Any, last: Any, partial: Any
+) -> None:
+    """Add the share of the disc around the centre itself, which fills from the middle."""
+    for i in range(first, last):
+        share = min(radii[i] / spreads[cell, j], 1.0) ** 2
+        partial[row, i, 0] += share * weights[cell, 0, j]
+        partial[row, i, 1] += share * weights[cell, 1, j]
+
+
+@summing_kernel
+def _point_squares(start: Any, row: Any, squares: Any, coordinates: Any, b: Any, found: Any) -> None:
+    """Squared distances of one point from all points of cell b."""
+    for t in range(CELL):
+        value = start + squares[b, t]
+        for i in range(POINT_RANK):
+            value += row[i] * coordinates[b, i, t]
+        found[t] = value
+
+
+@summing_kernel
+def _patch_squares(start: Any, row: Any, squares: Any, coordinates: Any, b: Any, found: Any) -> None:
+    """Squared distances likewise, from more coordinates: the number must be known to the compiler."""
+    for t in range(CELL):
+        value = start + squares[b, t]
+        for i in range(PATCH_RANK):
+            value += row[i] * coordinates[b, i, t]
+        found[t] = value
+
+
+@summing_kernel
+def _bases(
+    gram: Any, own: Any, coordinates: Any, squares: Any, a: Any, at_a: Any, b: Any, apart2: Any, base: Any
+) -> None:
+    """Squared distances of the points of cell a from the centre of cell b."""
+    rank = coordinates.shape[1]
+    for j in range(CELL):
+        base[j] = apart2 + squares[a, j]
+    for i in range(rank):
+        slope = 2 * (own[a, 1 + i] - gram[at_a + 1 + i, b * (rank + 1)])
+        for j in range(CELL):
+            base[j] += slope * coordinates[a, i, j]
+
+
+@summing_kernel
+def _offsets(gram: Any, own: Any, coordinates: Any, a: Any, at_a: Any, b: Any, rows: Any) -> None:
+    """Fill in what each coordinate about the centre of b adds to squared distances from each point of a."""
+    rank = coordinates.shape[1]
+    at_b = b * (rank + 1)
+    column = np.empty(CELL)
+    for i in range(rank):
+        slope = -2 * (gram[at_a, at_b + 1 + i] - own[b, 1 + i])
+        for j in range(CELL):
+            column[j] = slope
+        for s in range(rank):
+            slope = -2 * gram[at_a + 1 + s, at_b + 1 + i]
+            for j in range(CELL):
+                column[j] += slope * coordinates[a, s, j]
+        for j in range(CELL):
+            rows[j, i] = column[j]
 
 
 @inlined_kernel

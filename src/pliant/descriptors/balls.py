@@ -9,7 +9,7 @@ from threadpoolctl import threadpool_limits
 
 from .._arrays import FloatArray
 from .._parallel import ordered_map
-from ._ball_kernels import PATCH_RANK, POINT_RANK, add_gaussian_sums, add_patch_sums, add_point_sums
+from ._ball_kernels import PATCH_RANK, POINT_RANK, add_ball_sums, add_gaussian_sums
 from ._cells import CELL, Cells, sorted_cells
 
 __all__ = ["Counting", "ball_sums"]
@@ -107,13 +107,15 @@ def _panels(
     spreads.ravel()[:n] = spread
     partial, whole = np.zeros((2, n, len(radii), 2))
     totals = table.sum(axis=2)
-    kernel = add_patch_sums if patches else add_point_sums
-    fixed = (cells.points, cells.coordinates, cells.squares, cells.residuals, cells.reaches)
+    fixed = (own, cells.points, cells.coordinates, cells.squares, cells.residuals, cells.reaches)
+    # A slope of inf, for points without extent, is never used.
+    with np.errstate(divide="ignore"):
+        shares = (spreads, 0.5 / spreads, table, totals)
 
     def add(first: int) -> None:
         panel = (first, min(first + _PANEL, cells.count))
         gram = frames[panel[0] * step : panel[1] * step] @ frames.T
-        kernel(panel, gram, own, *fixed, spreads, table, totals, radii, partial, whole)
+        add_ball_sums(panel, (gram, *fixed, *shares), radii, patches, (partial, whole))
 
     starts = range(0, cells.count, _PANEL)
     for _ in ordered_map(add, starts, n_jobs, description="ball sums", progress=progress):
