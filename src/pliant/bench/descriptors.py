@@ -16,7 +16,7 @@ from typing import Any, TypeAlias, get_args
 import numpy as np
 
 from .._arrays import FloatArray, IntArray
-from ..descriptors import Whitener, ball_sums, bde, bdk, hks, rms_biharmonic_distance, wks
+from ..descriptors import Average, Whitener, ball_sums, bde, bdk, hks, rms_biharmonic_distance, wks
 from ..evaluate import HitRates, hit_rate, mean_hit_rates
 from ..geodesic import estimate_gfe, gch, nearest
 from ..matching import farthest_points
@@ -44,10 +44,6 @@ NULL_SHAPES = ("dog0", "horse0", "victoria0")
 Pair: TypeAlias = tuple[Mesh, Mesh, IntArray]
 
 
-def _bde(**options: Any) -> Callable[[Mesh, Spectrum], FloatArray]:
-    return lambda mesh, spectrum: bde(spectrum, **options)
-
-
 def _context(mesh: Mesh, spectrum: Spectrum) -> FloatArray:
     return gch(_field(mesh), nearest(mesh, count=50), edges=np.linspace(0, 0.02, 11))
 
@@ -58,23 +54,59 @@ def _field(mesh: Mesh) -> FloatArray:
     return estimate_gfe(mesh, samples, weights="uniform", rng=0).values
 
 
-SIGNATURES: dict[str, Callable[[Mesh, Spectrum], FloatArray]] = {
-    "HKS": lambda mesh, spectrum: hks(spectrum) * spectrum.area,
-    "WKS": lambda mesh, spectrum: wks(spectrum) * spectrum.area,
-    "BDK": lambda mesh, spectrum: bdk(spectrum)[:, None] / spectrum.area,
-    "BDE mean, simple": _bde(statistic="mean", average="simple", form="raw"),
-    "BDE mean, Gaussian": _bde(statistic="mean", average="gaussian", form="raw"),
-    "BDE mean, patches": _bde(statistic="mean", form="raw"),
-    "BDE area, simple": _bde(statistic="area", average="simple", form="raw"),
-    "BDE area, Gaussian": _bde(statistic="area", average="gaussian", form="raw"),
-    "BDE area, patches": _bde(statistic="area", form="raw"),
-    "BDE both, patches": _bde(form="raw"),
-    "BDE both, growth (default)": _bde(),
-    "GFE": lambda mesh, spectrum: _field(mesh)[:, None],
-    "GCH": _context,
+def _density(average: Average) -> Callable[[Mesh, Spectrum], FloatArray]:
+    return lambda mesh, spectrum: bde(spectrum, average=average, form="raw")
+
+
+# What is computed once a mesh, and the rows that are read off it.
+_TABLES: dict[str, Callable[[Mesh, Spectrum], FloatArray]] = {
+    "hks": lambda mesh, spectrum: hks(spectrum) * spectrum.area,
+    "wks": lambda mesh, spectrum: wks(spectrum) * spectrum.area,
+    "bdk": lambda mesh, spectrum: bdk(spectrum)[:, None] / spectrum.area,
+    "simple": _density("simple"),
+    "gaussian": _density("gaussian"),
+    "patches": _density("patches"),
+    "gfe": lambda mesh, spectrum: _field(mesh)[:, None],
+    "gch": _context,
+}
+
+
+def _all(table: FloatArray) -> FloatArray:
+    return table
+
+
+def _area(table: FloatArray) -> FloatArray:
+    return table[:, : table.shape[1] // 2]
+
+
+def _mean(table: FloatArray) -> FloatArray:
+    return table[:, table.shape[1] // 2 :]
+
+
+def _growth(table: FloatArray) -> FloatArray:
+    return np.hstack([np.diff(np.log(part), axis=1) for part in (_area(table), _mean(table))])
+
+
+SIGNATURES: dict[str, tuple[str, Callable[[FloatArray], FloatArray]]] = {
+    "HKS": ("hks", _all),
+    "WKS": ("wks", _all),
+    "BDK": ("bdk", _all),
+    "BDE mean, simple": ("simple", _mean),
+    "BDE mean, Gaussian": ("gaussian", _mean),
+    "BDE mean, patches": ("patches", _mean),
+    "BDE area, simple": ("simple", _area),
+    "BDE area, Gaussian": ("gaussian", _area),
+    "BDE area, patches": ("patches", _area),
+    "BDE both, simple": ("simple", _all),
+    "BDE both, patches": ("patches", _all),
+    "BDE growth, simple": ("simple", _growth),
+    "BDE growth, Gaussian": ("gaussian", _growth),
+    "BDE growth, patches (default)": ("patches", _growth),
+    "GFE": ("gfe", _all),
+    "GCH": ("gch", _all),
 }
 # Signatures that are not positive throughout have no logarithm.
-NO_LOG = frozenset({"BDE both, growth (default)", "GCH"})
+NO_LOG = frozenset({name for name in SIGNATURES if "growth" in name} | {"GCH"})
 
 
 class Workbench:
@@ -92,11 +124,11 @@ class Workbench:
 
     def signature(self, mesh: Mesh, name: str) -> FloatArray:
         plain = name.removesuffix(", log").removesuffix(", whitened")
-        key = hashlib.sha256(plain.encode()).hexdigest()[:12]
-        path = self.cache / f"{_digest(mesh)}.{key}.npy"
+        source, reading = SIGNATURES[plain]
+        path = self.cache / f"{_digest(mesh)}.{source}.npy"
         if not path.exists():
-            np.save(path, SIGNATURES[plain](mesh, self.spectrum(mesh)).astype(np.float32))
-        table: FloatArray = np.load(path).astype(np.float64)
+            np.save(path, _TABLES[source](mesh, self.spectrum(mesh)).astype(np.float32))
+        table = reading(np.load(path).astype(np.float64))
         if name.endswith(", log") or (name.endswith(", whitened") and plain not in NO_LOG):
             table = np.log(np.maximum(table, 1e-12 * table.max(axis=0)))
         return table

@@ -12,7 +12,7 @@ from ..errors import InputError, first_indices
 from ..spectral import Spectrum, biharmonic_embedding
 from .balls import Counting, ball_sums
 
-__all__ = ["DEFAULT_RADII", "bde", "rms_biharmonic_distance"]
+__all__ = ["DEFAULT_RADII", "Average", "bde", "rms_biharmonic_distance"]
 
 Average = Literal["patches", "simple", "gaussian"]
 Statistic = Literal["both", "area", "mean"]
@@ -21,7 +21,7 @@ Weights = Literal["area", "uniform"]
 _Pieces: TypeAlias = list[IntArray]
 
 # In units of the shape's root mean square biharmonic distance.
-DEFAULT_RADII = tuple(float(radius) for radius in np.geomspace(0.01, 2.0, 30))
+DEFAULT_RADII = tuple(float(radius) for radius in np.geomspace(0.007, 2.0, 31))
 
 _COUNTING: dict[Average, Counting] = {"patches": "patches", "simple": "points", "gaussian": "gaussian"}
 
@@ -73,14 +73,14 @@ def bde(
     """Return the biharmonic density estimate of every vertex at many radii, ready to compare by L2.
 
     Two statistics of the biharmonic ball B(p; r): the mean of the kernel :func:`bdk` in it (eq. 3.3) and its
-    area, which is the local density of biharmonic distances. By default both, as the logarithm at the first
-    radius and its growth from each radius to the next.
+    area, which is the local density of biharmonic distances. By default both, as the growth of their logarithms
+    from each radius to the next.
 
     Parameters
     ----------
     spectrum : Spectrum
     radii : (r,) array_like of float, optional
-        Ascending, positive. By default 30 from 0.01 to 2, equally spaced in the logarithm.
+        Ascending, positive. By default 31 from 0.007 to 2, equally spaced in the logarithm.
     average : {"patches", "simple", "gaussian"}
         How vertices count. ``"simple"``: those within r (eq. 3.3 as printed). ``"gaussian"``: those by
         ``exp(-d^2 / (2 sigma^2))`` with sigma = r / 3 (eq. 3.4 with its sign mended, weights normalised).
@@ -89,8 +89,8 @@ def bde(
     statistic : {"both", "area", "mean"}
         Area of the ball as a share of the surface (Gaussian: of weighted area), mean kernel, or both side by side.
     form : {"growth", "log", "raw"}
-        Logarithm at the first radius and its differences between successive radii; logarithms; or the numbers
-        themselves.
+        Differences of logarithms between successive radii (of one radius alone the logarithm), logarithms, or
+        the numbers themselves.
     relative : bool
         Radii and kernel in units of the shape's :func:`rms_biharmonic_distance` (squared), so that scale does
         not matter. Otherwise in the mesh's own unit.
@@ -104,7 +104,7 @@ def bde(
     Returns
     -------
     (n, d) array of float
-        d is the number of radii, twice that for both statistics (area first).
+        d is the number of radii (one less for growth), twice that for both statistics (area first).
 
     Raises
     ------
@@ -174,8 +174,8 @@ def _signature(
         return np.hstack(parts)
     # Logarithms need a floor where a vertex without area, or a piece without eigenvalues, gives 0.
     logs = [np.log(np.maximum(part, 1e-3 * part[part > 0].min(initial=1.0))) for part in parts]
-    if form == "growth":
-        logs = [np.diff(log, axis=1, prepend=0.0) for log in logs]
+    if form == "growth" and sums.shape[1] > 1:
+        logs = [np.diff(log, axis=1) for log in logs]
     return np.hstack(logs)
 
 

@@ -3,14 +3,19 @@
 from .hits import DEFAULT_FRACTIONS, HitRates, hit_rate, mean_hit_rates
 from .maps import MapError, map_error
 from .relevance import RelevanceScores, relevance_scores
+from .robustness import NoiseCurve, noise_curve, part_of, relative_errors
 
 __all__ = [
     "DEFAULT_FRACTIONS",
     "HitRates",
     "MapError",
+    "NoiseCurve",
     "RelevanceScores",
     "hit_rate",
     "map_error",
     "mean_hit_rates",
+    "noise_curve",
+    "part_of",
+    "relative_errors",
     "relevance_scores",
 ]
