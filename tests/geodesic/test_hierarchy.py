@@ -145,7 +145,10 @@ def test_distances_on_a_sphere(swept: None) -> None:
     reference = everything[[3, 3, 70]]
     np.testing.assert_array_equal(limited, np.where(reference <= 0.8, reference, np.inf))
     blocks = list(solver.blocks([9, 4, 100], size=2))
-    np.testing.assert_array_equal(np.concatenate([b[1] for b in blocks]), everything[[9, 4, 100]])
+    assert [len(b[0]) for b in blocks] == [2, 1]
+    assert sorted(np.concatenate([b[0] for b in blocks]).tolist()) == [4, 9, 100]
+    for block_sources, block in blocks:
+        np.testing.assert_array_equal(block, everything[block_sources])
 
 
 @pytest.mark.parametrize("shape", [(9, 14), (17, 17), (2, 40)])
