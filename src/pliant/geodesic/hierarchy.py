@@ -24,8 +24,7 @@ from .sampled import SampledFlowJob
 from .sweeps import LANES, DistanceJob, batches
 
 FORMAT = "pliant-geodesic-hierarchy-1"
-# Smaller graphs are solved plainly: compiling the sweeps would take longer.
-SMALLEST_SWEPT = 128
+SMALLEST_SWEPT = 128  # smaller graphs are solved plainly: compiling the sweeps would take longer
 # Flows are summed in this many fixed parts, so that the result does not depend on the number of threads.
 PARTS = 32
 # Bits of damping tried in turn, over the longest path, when numbers of shortest paths leave float64.
@@ -164,8 +163,8 @@ class GeodesicHierarchy:
             Vertex numbers; every vertex by default.
         size : int
             Sources a block; multiples of 64 are fastest.
-        n_jobs : int, optional
-            Threads; all processors by default.
+        n_jobs
+            As in :meth:`distances`.
 
         Yields
         ------
@@ -216,7 +215,7 @@ class GeodesicHierarchy:
         Raises
         ------
         MeshError
-            If an edge has zero length: the number of shortest paths is then not defined.
+            If an edge has zero length: path counts are then not defined.
         NumericalError
             If there are more shortest paths between two vertices than can be represented.
 

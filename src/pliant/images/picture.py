@@ -91,6 +91,16 @@ def load_picture(path: str | Path, *, mask: str | Path | ArrayLike | None = None
     Notes
     -----
     Memory is 12 bytes a pixel of the file while it is read (JPEG less: it is decoded at reduced size).
+
+    Examples
+    --------
+    >>> import pathlib, tempfile
+    >>> import numpy as np
+    >>> from PIL import Image
+    >>> path = pathlib.Path(tempfile.mkdtemp()) / "ramp.png"
+    >>> Image.fromarray(np.tile(np.arange(1, 61, dtype=np.uint8), (40, 1))).save(path)
+    >>> load_picture(path).size
+    (60, 40)
     """
     image = _opened(Path(path))
     size = image.size
