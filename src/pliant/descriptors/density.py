@@ -118,10 +118,14 @@ def bde(
     memory linear in n. Balls stay in the piece of their centre. Where a ball holds no area, the mean is the
     kernel at the vertex.
 
-    Differences of logarithms undo most of the correlation between neighbouring radii: they are close to what
-    whitening with the differences between poses would do. Radii below the distance of neighbouring vertices tell
-    vertices of one triangulation apart by their triangles; they help on poses of one mesh and hurt between
-    meshes.
+    Growth undoes most of the correlation between neighbouring radii. Over eight pairs of TOSCA poses (200
+    eigenpairs, hit rate at 0.1 and 1 per cent) the default finds .67 and .89 of random points, :func:`wks` .48 and
+    .79, the logarithm of the area of simple balls .61 and .79, the mean of eq. 3.3 as printed .09 and .36. It is
+    also ahead of :func:`wks` under noise, local scale and micro-holes.
+
+    Not to be trusted where topology changes or large parts are missing: biharmonic distance is global, every
+    ball moves, and :func:`wks` does better. Smaller radii than the default's do better still on poses of one
+    triangulation, and worse between triangulations.
 
     References
     ----------
