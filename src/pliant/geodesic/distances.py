@@ -11,7 +11,8 @@ from .._arrays import FloatArray, IntArray, vertex_indices
 from ..errors import InputError, MeshError, require
 from ..mesh import Mesh
 from .graph import component_labels, edge_graph
-from .hierarchy import GeodesicHierarchy, checked_limit
+from .hierarchy import GeodesicHierarchy
+from .sweeps import checked_limit
 
 DistanceMethod = Literal["graph", "refined", "heat", "exact"]
 

@@ -21,7 +21,7 @@ from .flow import FlowJob, passing_flow
 from .graph import EdgeGraph, GraphKind, as_graph, as_weights, component_labels
 from .plain import plain_edge_flow
 from .sampled import SampledFlowJob
-from .sweeps import LANES, DistanceJob, batches
+from .sweeps import LANES, DistanceSweep, batches, checked_limit
 
 FORMAT = "pliant-geodesic-hierarchy-1"
 SMALLEST_SWEPT = 128  # smaller graphs are solved plainly: compiling the sweeps would take longer
@@ -147,8 +147,12 @@ class GeodesicHierarchy:
             found = np.atleast_2d(sp.csgraph.dijkstra(self.graph.matrix(), directed=False, indices=wanted))
             found[found > limit] = np.inf
             return found.reshape(len(wanted), self.n_vertices)
-        job = DistanceJob(self._skeleton, self._metric, ranks, result, limit)
-        for _ in ordered_map(job, batches(by_rank), n_jobs, description="distances", progress=progress):
+        sweep = DistanceSweep(self._skeleton, self._metric)
+
+        def solve(places: IntArray) -> None:
+            sweep.into(result, places, ranks[places], limit)
+
+        for _ in ordered_map(solve, batches(by_rank), n_jobs, description="distances", progress=progress):
             pass
         return result
 
@@ -178,9 +182,15 @@ class GeodesicHierarchy:
         # Neighbours together: their ancestors are mostly the same.
         wanted = wanted[np.argsort(self._skeleton.rank[wanted], kind="stable")]
         parts = [wanted[start : start + size] for start in range(0, len(wanted), size)]
-        _ = self._metric
-        found = ordered_map(lambda part: self.distances(part, n_jobs=1), parts, n_jobs)
-        yield from zip(parts, found, strict=True)
+        sweep = DistanceSweep(self._skeleton, self._metric)
+
+        def solve(part: IntArray) -> FloatArray:
+            out = np.empty((len(part), self.n_vertices))
+            for places in batches(np.arange(len(part))):
+                sweep.into(out, places, self._skeleton.rank[part[places]], np.inf)
+            return out
+
+        yield from zip(parts, ordered_map(solve, parts, n_jobs), strict=True)
 
     def betweenness(
         self,
@@ -388,13 +398,3 @@ class GeodesicHierarchy:
             message = f"{os.fspath(path)}: not a geodesic hierarchy ({FORMAT}): {error}"
             raise FileFormatError(message) from error
         return self
-
-
-def checked_limit(max_distance: float | None) -> float:
-    """Take None to no limit, and refuse what is negative or NaN."""
-    if max_distance is None:
-        return np.inf
-    if not max_distance >= 0:
-        message = f"max_distance must be 0 or more, got {max_distance}"
-        raise InputError(message)
-    return float(max_distance)

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from .._arrays import FloatArray
 from .._kernels import inlined_kernel, kernel
+from ..errors import InputError
 from .customise import Arcs
 from .elimination import Elimination
 
@@ -28,35 +29,40 @@ def batches(items: NDArray[Any]) -> list[NDArray[Any]]:
     return [items[start : start + LANES] for start in range(0, len(items), LANES)]
 
 
-class DistanceJob:
-    """Callable for threads: sweep from the sources at some places of a list, into those rows of a result.
+def checked_limit(max_distance: float | None) -> float:
+    """Take None to no limit, and refuse what is negative or NaN."""
+    if max_distance is None:
+        return np.inf
+    if not max_distance >= 0:
+        message = f"max_distance must be 0 or more, got {max_distance}"
+        raise InputError(message)
+    return float(max_distance)
 
-    ``ranks`` are the sources, ``out`` is (len(ranks), n), its columns in the graph's own vertex order; distances above
-    ``limit`` become inf.
-    """
 
-    def __init__(
-        self, skeleton: Elimination, arcs: Arcs, ranks: NDArray[Any], out: FloatArray, limit: float
-    ) -> None:
+class DistanceSweep:
+    """Distances from at most as many ranks as there are lanes, in workspaces that threads share out."""
+
+    def __init__(self, skeleton: Elimination, arcs: Arcs) -> None:
         self.skeleton, self.arcs = skeleton, arcs
-        self.ranks, self.out, self.limit = ranks, out, limit
         self._idle: SimpleQueue[FloatArray] = SimpleQueue()
 
-    def __call__(self, places: NDArray[Any]) -> None:
-        """Sweep from at most as many sources as there are lanes."""
-        n = len(self.skeleton.order)
+    def into(self, out: FloatArray, places: NDArray[Any], ranks: NDArray[Any], limit: float) -> None:
+        """Write the distances of each rank to a row of ``out`` (r, n), vertices in the graph's own order.
+
+        Distances above ``limit`` become inf.
+        """
+        n, arcs = len(self.skeleton.order), self.arcs
         try:
             distance = self._idle.get_nowait()
         except Empty:
             distance = np.empty((n, LANES))
-        arcs, ranks = self.arcs, self.ranks[places]
         place = np.full(n, -1, dtype=np.int32)
         listed = ancestors_of(ranks, self.skeleton.parent, place, np.empty(n, dtype=np.int32))
         label = np.full((len(listed), LANES), np.inf)
         label[place[ranks], np.arange(len(ranks))] = 0.0
         climb(listed, place, arcs.rows, arcs.heads, arcs.lengths, label)
         descend(place, arcs.rows, arcs.heads, arcs.lengths, label, distance)
-        by_source(distance, self.skeleton.rank, places, self.limit, self.out)
+        by_source(distance, self.skeleton.rank, places, limit, out)
         self._idle.put(distance)
 
 
