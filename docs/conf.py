@@ -5,7 +5,6 @@ from __future__ import annotations
 import importlib
 import importlib.util
 import pathlib
-import warnings
 from importlib import metadata
 
 project = "Pliant"
@@ -29,12 +28,35 @@ html_theme = "furo"
 html_title = "Pliant"
 html_static_path: list[str] = []
 
+# The scraper above is a function, and so the configuration cannot be kept between builds; nothing else is lost.
+suppress_warnings = ["config.cache"]
+
 autosummary_generate = True
 numpydoc_show_class_members = False
 autodoc_typehints = "none"
 
+
+def figure_scraper(block: tuple, block_vars: dict, gallery_conf: dict) -> str:
+    """Show the figure that a block of a gallery script ends with; Pliant's figures never touch pyplot."""
+    from matplotlib.figure import Figure
+    from sphinx_gallery.scrapers import figure_rst
+
+    names = block_vars["example_globals"]
+    shown = names.get("___")
+    if not isinstance(shown, Figure) or shown is names.get("__last_shown"):
+        return ""
+    names["__last_shown"] = shown
+    path = next(block_vars["image_path_iterator"])
+    shown.savefig(path, dpi=130)
+    return figure_rst([path], gallery_conf["src_dir"])
+
+
 sphinx_gallery_conf = {
     "examples_dirs": "examples",
+    "image_scrapers": ("matplotlib", figure_scraper),
+    # Without "__repr__" the value of a block's last line is not kept, and its figure not found.
+    "capture_repr": ("__repr__",),
+    "ignore_repr_types": r"matplotlib\.figure",
     "gallery_dirs": "gallery",
     "filename_pattern": "plot_",
     "download_all_examples": False,
@@ -43,8 +65,6 @@ sphinx_gallery_conf = {
     "abort_on_example_error": True,
 }
 
-# Sphinx-gallery draws with pyplot, which has no window here.
-warnings.filterwarnings("ignore", message="FigureCanvasAgg is non-interactive")
 
 ROOMS = {
     "mesh": "Meshes",

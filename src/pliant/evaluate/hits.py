@@ -11,6 +11,7 @@ from scipy.spatial.distance import cdist
 
 from .._arrays import FloatArray, IntArray, as_floats, as_indices, frozen, vertex_indices
 from ..errors import InputError, first_indices
+from ._checks import point_map_of
 
 __all__ = ["DEFAULT_FRACTIONS", "HitRates", "hit_rate", "mean_hit_rates"]
 
@@ -185,13 +186,13 @@ def hit_rate(
     if a.shape[1] != b.shape[1]:
         message = f"descriptors must have the same width, got {a.shape[1]} and {b.shape[1]} columns"
         raise InputError(message)
-    target = _map(truth, len(a), len(b), "truth")
+    target = point_map_of(truth, len(a), len(b), "truth")
     chosen = np.arange(len(a)) if points is None else vertex_indices(points, len(a), "points")
     known = chosen[target[chosen] >= 0]
     if not known.size:
         message = f"none of the {chosen.size} points has a counterpart in truth"
         raise InputError(message)
-    mirror = None if symmetry is None else _map(symmetry, len(b), len(b), "symmetry")
+    mirror = None if symmetry is None else point_map_of(symmetry, len(b), len(b), "symmetry")
     ranks, mirrored = _ranks(a[known], b, target[known], mirror)
     fractions = as_floats(fractions, "fractions")
     return HitRates(ranks, len(b), fractions, mirrored, int(chosen.size - known.size))
@@ -304,15 +305,3 @@ def _table(values: ArrayLike, name: str) -> FloatArray:
         message = f"{name}: {bad.size} rows are not finite, first {first_indices(bad)}; leave them out"
         raise InputError(message)
     return table
-
-
-def _map(values: ArrayLike, n: int, n_target: int, name: str) -> IntArray:
-    array = as_indices(values, name)
-    if array.shape != (n,):
-        message = f"{name} must have one entry a point, shape ({n},), got {array.shape}"
-        raise InputError(message)
-    bad = np.flatnonzero((array < -1) | (array >= n_target))
-    if bad.size:
-        message = f"{name}: {bad.size} entries are outside -1..{n_target - 1}, first at {first_indices(bad)}"
-        raise InputError(message)
-    return array

@@ -13,7 +13,7 @@ from ..errors import InputError, MeshError
 from ..geodesic import GeodesicHierarchy
 from ..geodesic.graph import GraphKind
 from ..mesh import Mesh
-from .hits import _map
+from ._checks import point_map_of
 
 __all__ = ["DEFAULT_THRESHOLDS", "MapError", "map_error"]
 
@@ -187,7 +187,7 @@ def map_error(
         raise MeshError("the mesh has no area to measure errors by; see pliant.check_up(mesh)")
     n = mesh_a.n_vertices
     mapped = vertex_indices(p_ba, n, "p_ba")
-    target = _map(truth, len(mapped), n, "truth")
+    target = point_map_of(truth, len(mapped), n, "truth")
     known = np.flatnonzero(target >= 0)
     if not known.size:
         message = f"none of the {len(mapped)} points has a truth"
@@ -195,7 +195,7 @@ def map_error(
     chosen = _drawn(known, samples, rng)
     targets, unit = target[chosen], mesh_a.area**0.5
     if symmetry is not None:
-        targets = np.concatenate([targets, _map(symmetry, n, n, "symmetry")[targets]])
+        targets = np.concatenate([targets, point_map_of(symmetry, n, n, "symmetry")[targets]])
     there = np.tile(mapped[chosen], len(targets) // len(chosen))
     found = np.full(len(targets), np.nan)
     solver = GeodesicHierarchy(mesh_a, graph)

@@ -95,7 +95,7 @@ def gfe(
     -----
     Ties between paths are shared equally. Paths follow edges, so on a regular triangulation the field shows the
     pattern of the triangulation; irregular meshes, and ``graph="refined"``, show the surface. Cost grows a
-    little faster than n²: on two cores about 0.5 s at 10,000 vertices, 5 s at 40,000, a minute at 150,000.
+    little faster than n²: on two cores about 0.8 s at 10,000 vertices, 6 s at 40,000, half a minute at 150,000.
 
     References
     ----------

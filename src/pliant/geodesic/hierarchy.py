@@ -164,7 +164,7 @@ class GeodesicHierarchy:
         Parameters
         ----------
         sources : (s,) array_like of int, optional
-            Vertex numbers; every vertex by default.
+            Vertex numbers; every vertex by default. They come in another order than given: neighbours together.
         size : int
             Sources a block; multiples of 64 are fastest.
         n_jobs
@@ -179,7 +179,6 @@ class GeodesicHierarchy:
         if size < 1:
             message = f"size must be at least 1, got {size}"
             raise InputError(message)
-        # Neighbours together: their ancestors are mostly the same.
         wanted = wanted[np.argsort(self._skeleton.rank[wanted], kind="stable")]
         parts = [wanted[start : start + size] for start in range(0, len(wanted), size)]
         sweep = DistanceSweep(self._skeleton, self._metric)
