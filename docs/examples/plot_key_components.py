@@ -3,7 +3,7 @@ Key components of two people and of an animal that moves
 ========================================================
 
 Where is a shape locally distinctive? Hands, feet and heads stand out of the biharmonic density of their own shape;
-nobody says so. The same parts are found in people of different build and in every pose.
+nobody says so. The same parts stand out in people of different build and in different poses.
 """
 
 # %%
@@ -42,7 +42,7 @@ drawn(slim, "Slim, walking")
 drawn(stout, "Stout, reaching")
 
 # %%
-# An animal at rest and in a gallop: bending changes nothing.
+# An animal at rest and in a gallop: the same tips stand out, though in the gallop hind legs and tail touch and count as one.
 animal = pliant.shapes.quadruped(6000)
 drawn(animal.mesh, "At rest")
 
