@@ -42,7 +42,8 @@ drawn(slim, "Slim, walking")
 drawn(stout, "Stout, reaching")
 
 # %%
-# An animal at rest and in a gallop: the same tips stand out, though in the gallop hind legs and tail touch and count as one.
+# An animal at rest and in a gallop: the same tips stand out, though in the gallop hind legs and tail touch and
+# count as one.
 animal = pliant.shapes.quadruped(6000)
 drawn(animal.mesh, "At rest")
 
