@@ -16,6 +16,7 @@ from .describe import describe
 from .field import field
 from .image import image
 from .inspect import inspect
+from .reproduce import reproduce
 from .symmetry import symmetry
 
 app = typer.Typer(
@@ -34,6 +35,7 @@ app.command()(symmetry)
 app.command()(cortex)
 app.command()(components)
 app.command()(correspond)
+app.command()(reproduce)
 bench.command()(descriptors)
 bench.command()(maps)
 app.add_typer(bench)

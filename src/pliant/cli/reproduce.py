@@ -1,0 +1,64 @@
+"""``pliant reproduce``: the dissertation's tables and figures, measured again."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from .output import say_json, show_table
+
+
+def reproduce(
+    names: Annotated[
+        list[str] | None,
+        typer.Argument(
+            metavar="[NAME...]", help="Experiments or chapters, as table-2.2 or chapter-3; all by default."
+        ),
+    ] = None,
+    output: Annotated[
+        Path,
+        typer.Option(
+            "-o", "--output", metavar="DIR", help="Where report.html, verdicts.json and results go."
+        ),
+    ] = Path("pliant-reproduction"),
+    data: Annotated[
+        Path | None,
+        typer.Option(metavar="DIR", help="Evaluation data (see pliant data list); PLIANT_DATA by default."),
+    ] = None,
+    quick: Annotated[bool, typer.Option("--quick", help="Fewer shapes, draws and subjects.")] = False,
+    seed: Annotated[int, typer.Option(min=0, help="Seed of everything random.")] = 0,
+    list_only: Annotated[
+        bool, typer.Option("--list", help="Say which experiments there are, and stop.")
+    ] = False,
+    as_json: Annotated[
+        bool, typer.Option("--json", help="Write the verdicts as JSON, and nothing else.")
+    ] = False,
+) -> None:
+    """Recompute the dissertation's results, put each beside the printed value, and write a report."""
+    from ..reproduce import experiments
+    from ..reproduce import reproduce as run
+
+    if list_only:
+        rows = [(e.name, e.title, ", ".join(e.needs) or "–") for e in experiments()]
+        show_table("Experiments", ("name", "what", "needs"), rows)
+        return
+    place = data or (Path(os.environ["PLIANT_DATA"]) if os.environ.get("PLIANT_DATA") else None)
+    done = run(names or (), folder=output, data=place, quick=quick, rng=seed, progress=True)
+    if as_json:
+        import json
+
+        say_json(json.loads((output / "verdicts.json").read_text(encoding="utf-8")))
+        return
+    lines: list[tuple[str, ...]] = [
+        (
+            o.experiment.name,
+            o.experiment.title,
+            o.findings.verdict,
+            "kept" if o.reused else f"{o.seconds:.0f} s",
+        )
+        for o in done
+    ]
+    show_table(f"Written to {output / 'report.html'}", ("experiment", "what", "verdict", "time"), lines)

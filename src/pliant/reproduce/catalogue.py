@@ -1,0 +1,41 @@
+"""Which experiments there are, in the dissertation's order. Each module holds one, as ``EXPERIMENT``."""
+
+from __future__ import annotations
+
+from functools import cache
+from importlib import import_module
+
+from .findings import Experiment
+
+__all__ = ["experiments"]
+
+_MODULES = (
+    "table_2_1",
+    "table_2_2",
+    "figure_2_8",
+    "figure_2_10",
+    "figure_2_12",
+    "table_3_1",
+    "figure_3_4",
+    "figure_3_5",
+    "figure_3_7",
+    "figure_3_8",
+    "figure_3_9",
+    "figure_3_10",
+)
+
+
+@cache
+def experiments() -> tuple[Experiment, ...]:
+    """Return every experiment, in the dissertation's order.
+
+    Returns
+    -------
+    tuple of Experiment
+
+    Examples
+    --------
+    >>> experiments()[0].name
+    'table-2.1'
+    """
+    return tuple(import_module(f".{name}", __package__).EXPERIMENT for name in _MODULES)

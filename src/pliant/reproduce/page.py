@@ -1,0 +1,207 @@
+"""The report: verdicts first, then a section an experiment, in one self-contained HTML file; verdicts as JSON too."""
+
+from __future__ import annotations
+
+import base64
+import json
+import platform
+from collections import Counter
+from collections.abc import Sequence
+from html import escape
+from importlib import resources
+from pathlib import Path
+from string import Template
+from typing import TYPE_CHECKING, Any
+
+from ..mesh.formats import write_atomically
+from .bench import Picture
+from .findings import VERDICTS, Row
+
+if TYPE_CHECKING:
+    from .run import Outcome
+
+__all__ = ["write_report"]
+
+TITLE = "The dissertation, measured again"
+_CLASSES = {"holds": "holds", "holds partly": "partly", "does not hold": "fails", "not tested": "none"}
+
+
+def write_report(folder: Path, outcomes: Sequence[Outcome], *, quick: bool, data: bool) -> None:
+    """Write ``report.html`` and ``verdicts.json`` into a folder, whole or not at all.
+
+    Parameters
+    ----------
+    folder : Path
+        With the pictures in its folder ``results``.
+    outcomes : sequence of Outcome
+        What was found.
+    quick : bool
+        Whether it was the quick run.
+    data : bool
+        Whether there were evaluation data.
+    """
+    verdicts = [_verdict(outcome) for outcome in outcomes]
+    text = json.dumps(verdicts, indent=1, allow_nan=False, ensure_ascii=False)
+    write_atomically(folder / "verdicts.json", text.encode())
+    write_atomically(folder / "report.html", _html(folder / "results", outcomes, quick, data).encode())
+
+
+def _verdict(outcome: Outcome) -> dict[str, Any]:
+    findings = outcome.findings
+    rows = [
+        {
+            "name": row.name,
+            "printed": row.printed,
+            "ours": row.ours,
+            "interval": None if row.low is None else [row.low, row.high],
+            "note": row.note,
+        }
+        for row in findings.rows
+    ]
+    first = rows[0] if rows else {"printed": None, "ours": None, "interval": None}
+    return {
+        "name": outcome.experiment.name,
+        "title": outcome.experiment.title,
+        "printed": first["printed"],
+        "ours": first["ours"],
+        "interval": first["interval"],
+        "data": findings.data,
+        "verdict": findings.verdict,
+        "summary": findings.summary,
+        "rows": rows,
+        "seconds": outcome.seconds,
+    }
+
+
+def _html(place: Path, outcomes: Sequence[Outcome], quick: bool, data: bool) -> str:
+    notes = (
+        "Every result of A. Mukhopadhyay, Geometric Analysis of Shapes and Its Application to Medical "
+        "Image Analysis (University of Georgia, 2014), recomputed by Pliant and put beside the printed "
+        "value. Criteria were fixed before measuring. "
+        + ("A quick run: fewer shapes, draws and subjects. " if quick else "")
+        + ("" if data else "No evaluation data: synthetic shapes stand in, or the row is missing.")
+    )
+    counts = Counter(outcome.findings.verdict for outcome in outcomes)
+    settings = {
+        "Pliant": _package_version(),
+        "Python": platform.python_version(),
+        "run": "quick" if quick else "full",
+        "seconds, all experiments": f"{sum(outcome.seconds for outcome in outcomes):.0f}",
+        "intervals": "95 %, over the units each section names; ratios are ours over printed",
+    }
+    sections = []
+    for chapter in sorted({outcome.experiment.chapter for outcome in outcomes}):
+        inside = [outcome for outcome in outcomes if outcome.experiment.chapter == chapter]
+        sections.append(f"<h2>Chapter {chapter}</h2>" + "".join(_section(place, o) for o in inside))
+    parts = {
+        "title": TITLE,
+        "notes": escape(notes),
+        "tally": "".join(f"<li>{_badge(v, f'{counts[v]} {v}')}</li>" for v in VERDICTS if counts[v]),
+        "verdicts": "\n".join(_verdict_line(outcome) for outcome in outcomes),
+        "sections": "\n".join(sections),
+        "settings": "".join(_fact(name, value) for name, value in settings.items()),
+        "version": _package_version(),
+        "css": _asset("report.css"),
+        "script": _asset("report.js"),
+    }
+    return Template(_asset("report.html")).substitute(parts)
+
+
+def _verdict_line(outcome: Outcome) -> str:
+    about, findings = outcome.experiment, outcome.findings
+    return (
+        f'<tr><th scope="row"><a href="#{about.name}">{_spoken(about.name)}</a>'
+        f"<small>{escape(about.title)}</small></th>"
+        f"<td>{escape(about.claim)}</td><td>{_badge(findings.verdict)}</td><td>{escape(findings.summary)}</td></tr>"
+    )
+
+
+def _section(place: Path, outcome: Outcome) -> str:
+    about, findings = outcome.experiment, outcome.findings
+    facts = {"Claim": about.claim, "Holds if": about.criterion, "Measured on": findings.data}
+    settings = ", ".join(f"{name} {_listed(value)}" for name, value in findings.settings.items())
+    if settings:
+        facts["Settings"] = settings
+    listed = "".join(f"<dt>{name}</dt><dd>{escape(text)}</dd>" for name, text in facts.items())
+    pictures = "".join(_picture(place, picture) for picture in outcome.pictures)
+    return (
+        f'<section class="experiment" id="{about.name}" aria-labelledby="{about.name}-title"><header>'
+        f'<h3 id="{about.name}-title">{_spoken(about.name)}: {escape(about.title)}</h3>'
+        f"{_badge(findings.verdict)}</header>"
+        f'<p class="found">{escape(findings.summary)}</p><dl>{listed}</dl>'
+        f"{_rows(findings.rows)}"
+        + (f'<div class="figures">{pictures}</div>' if pictures else "")
+        + f'<p class="quiet">{outcome.seconds:.0f} s.</p></section>'
+    )
+
+
+def _rows(rows: Sequence[Row]) -> str:
+    if not rows:
+        return ""
+    with_notes = any(row.note for row in rows)
+    head = ("", "printed", "ours", "interval", "ratio")
+    cells = "".join(f'<th scope="col">{name}</th>' for name in head)
+    body = "".join(_row(row, with_notes) for row in rows)
+    note = '<th scope="col" class="text">note</th>' if with_notes else ""
+    table = f'<table class="numbers"><thead><tr>{cells}{note}</tr></thead><tbody>{body}</tbody></table>'
+    wrapped = f'<div class="wide" tabindex="0" role="region" aria-label="Printed and recomputed values">{table}</div>'
+    if len(rows) <= 12:
+        return wrapped
+    return f"<details><summary>All {len(rows)} values</summary>{wrapped}</details>"
+
+
+def _row(row: Row, with_note: bool) -> str:
+    interval = "" if row.low is None or row.high is None else f"{_number(row.low)} to {_number(row.high)}"
+    values = (_number(row.printed), _number(row.ours), interval, _number(row.ratio))
+    cells = "".join(f"<td>{value or '<span class=none>–</span>'}</td>" for value in values)
+    note = f'<td class="text">{escape(row.note)}</td>' if with_note else ""
+    return f'<tr><th scope="row">{escape(row.name)}</th>{cells}{note}</tr>'
+
+
+def _picture(place: Path, picture: Picture) -> str:
+    content = (place / picture.file).read_bytes()
+    caption = escape(picture.caption)
+    if picture.kind == "figure":
+        data = base64.b64encode(content).decode("ascii")
+        return (
+            f'<figure><img alt="{caption}" src="data:image/png;base64,{data}">'
+            f"<figcaption>{caption}</figcaption></figure>"
+        )
+    name = f"surface-{Path(picture.file).stem}"
+    page = json.dumps(content.decode()).replace("<", "\\u003c")
+    return (
+        f'<figure class="surface"><button type="button" data-surface="{name}" data-title="{caption}">'
+        "Turn the surface</button>"
+        f'<script type="application/json" id="{name}">{page}</script><figcaption>{caption}</figcaption></figure>'
+    )
+
+
+def _badge(verdict: str, text: str = "") -> str:
+    return f'<span class="badge {_CLASSES[verdict]}">{escape(text or verdict)}</span>'
+
+
+def _spoken(name: str) -> str:
+    kind, _, number = name.partition("-")
+    return f"{kind.capitalize()} {number}"
+
+
+def _number(value: float | None) -> str:
+    return "" if value is None else f"{value:.3g}".replace("-", "−")
+
+
+def _listed(value: object) -> str:
+    return ", ".join(str(item) for item in value) if isinstance(value, (tuple, list)) else str(value)
+
+
+def _fact(name: str, value: str) -> str:
+    return f'<tr><th scope="row">{escape(name)}</th><td>{escape(value)}</td></tr>'
+
+
+def _asset(name: str) -> str:
+    return (resources.files(__package__) / "assets" / name).read_text(encoding="utf-8")
+
+
+def _package_version() -> str:
+    from .. import __version__
+
+    return str(__version__)
