@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from pliant.errors import InputError, PliantWarning
-from pliant.images import as_picture, load_picture, match_pair
+from pliant.images import as_picture, decode_picture, load_picture, match_pair
 from pliant.images.padding import inside_of_padding
 
 pytest.importorskip("cv2")
@@ -188,3 +188,28 @@ def test_a_picture_read_twice_is_the_same_and_reading_is_silent(tmp_path, photo)
         one, two = load_picture(path), load_picture(path)
     assert np.array_equal(one.grey, two.grey)
     assert one.mask.all()
+
+
+def test_bytes_of_a_file_give_the_same_picture_as_the_file(tmp_path):
+    pixels = np.random.default_rng(0).integers(0, 256, (30, 40, 3), dtype=np.uint8)
+    path = tmp_path / "noise.png"
+    Image.fromarray(pixels).save(path)
+    from_file, from_bytes = load_picture(path), decode_picture(path.read_bytes())
+    assert np.array_equal(from_file.grey, from_bytes.grey)
+    assert np.array_equal(from_file.colour, pixels)
+
+
+def test_bytes_of_unknown_origin_are_read_by_harmless_readers_only(tmp_path):
+    Image.new("RGB", (20, 20), "red").save(tmp_path / "red.eps")
+    with pytest.raises(InputError, match=r"the upload is not a picture of a known format \(JPEG, PNG"):
+        decode_picture((tmp_path / "red.eps").read_bytes(), name="the upload")
+
+
+def test_bytes_with_more_pixels_than_allowed_are_refused_and_reduced_ones_said_without_a_warning(tmp_path):
+    Image.new("L", (4500, 20), 128).save(tmp_path / "long.png")
+    data = (tmp_path / "long.png").read_bytes()
+    with pytest.raises(InputError, match="4500 x 20 are more than 89,999 pixels"):
+        decode_picture(data, max_pixels=89_999)
+    assert any("reduced" in note for note in decode_picture(data).notes)
+    with pytest.warns(PliantWarning, match="reduced"):
+        load_picture(tmp_path / "long.png")

@@ -5,7 +5,7 @@ from .blur import EdgeChannels, edge_channels, edge_points, geometric_blur
 from .embedding import embed_pair, mutual_matches
 from .matching import PairMatch, match_pair
 from .pairs import ImagePair, moved, shipped_photographs, synthetic_pair, synthetic_pairs
-from .picture import Picture, as_picture, load_picture
+from .picture import Picture, as_picture, decode_picture, load_picture
 from .records import PairRecord, read_pairs
 from .region import best_rectangle, smallest_rectangle
 from .registration import Registration, registrations
@@ -21,6 +21,7 @@ __all__ = [
     "Registration",
     "as_picture",
     "best_rectangle",
+    "decode_picture",
     "edge_channels",
     "edge_points",
     "embed_pair",

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import io
+import threading
 import warnings
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, TypeAlias
@@ -16,7 +18,7 @@ from ..errors import InputError, PliantWarning, require
 from ._opencv import resized
 from .padding import inside_of_padding
 
-__all__ = ["Picture", "as_picture", "load_picture"]
+__all__ = ["Picture", "as_picture", "decode_picture", "load_picture"]
 
 ImageLike: TypeAlias = "Picture | str | Path | ArrayLike"
 
@@ -25,6 +27,10 @@ MAX_PIXELS = 178_956_970
 # Matching works on a few hundred pixels; more than this a side is only for the eye.
 MAX_SIDE = 2048
 _SMALLEST_ALPHA = 0.5
+_REDUCED = "pixels reduced to"
+# Pillow reads others too, some of them (EPS) by running another program.
+_HARMLESS = ("JPEG", "PNG", "WEBP", "TIFF", "GIF", "BMP", "PPM")
+_OPENING = threading.Lock()
 _LUMINANCE = np.array([0.299, 0.587, 0.114], dtype=np.float32)
 
 
@@ -102,16 +108,41 @@ def load_picture(path: str | Path, *, mask: str | Path | ArrayLike | None = None
     >>> load_picture(path).size
     (60, 40)
     """
-    image = _opened(Path(path))
-    size = image.size
-    _check_pixels(size, str(path))
-    image.draft("RGB", (MAX_SIDE, MAX_SIDE))
-    image, turned = _decoded(image, str(path))
-    if turned:
-        size = (size[1], size[0]) if turned == "on its side" else size
-    notes = [f"{path}: turned upright (it was stored {turned})"] if turned else []
     given = None if mask is None else _mask_array(mask)
-    return _from_array(np.asarray(image), size, given, notes, str(path))
+    return _said(_read(_file_bytes(Path(path)), str(path), given))
+
+
+def decode_picture(data: bytes, *, name: str = "the picture", max_pixels: int = MAX_PIXELS) -> Picture:
+    """Read a picture from the bytes of a file, as one who does not trust where they come from.
+
+    Parameters
+    ----------
+    data : bytes
+        A JPEG, PNG, WebP, TIFF, GIF, BMP or PNM file: formats whose readers run no other program. The orientation that
+        the camera wrote is applied; transparency or fill at the border becomes the mask.
+    name : str
+        What messages call it.
+    max_pixels : int
+        More are refused before any is decoded.
+
+    Returns
+    -------
+    Picture
+        With all that was done to it, reduction too, in its notes; nothing is warned of.
+
+    Raises
+    ------
+    InputError
+        If it is of none of these formats, truncated, or has too many pixels.
+    MissingExtraError
+        Without Pillow and OpenCV: ``pip install 'pliant[images]'``.
+
+    Examples
+    --------
+    >>> decode_picture(b"P5 3 2 255 " + bytes([10, 60, 90, 20, 80, 70])).size
+    (3, 2)
+    """
+    return _read(data, name, None, formats=_HARMLESS, max_pixels=max_pixels)
 
 
 def as_picture(image: Any, *, mask: Any = None) -> Picture:
@@ -164,33 +195,66 @@ def as_picture(image: Any, *, mask: Any = None) -> Picture:
         raise InputError(message)
     size = (pixels.shape[1], pixels.shape[0])
     _check_pixels(size, "the array")
-    return _from_array(pixels, size, None if mask is None else _mask_array(mask), [], "the array")
+    return _said(_from_array(pixels, size, None if mask is None else _mask_array(mask), [], "the array"))
 
 
-def _opened(path: Path) -> Any:
-    pillow = require("PIL.Image", "images")
+def _said(picture: Picture) -> Picture:
+    """Warn of a reduction, which changes what can be seen."""
+    for note in picture.notes:
+        if _REDUCED in note:
+            warnings.warn(note, PliantWarning, stacklevel=3)
+    return picture
+
+
+def _file_bytes(path: Path) -> bytes:
     try:
-        data = path.read_bytes()
+        return path.read_bytes()
     except OSError as error:
         message = f"{path}: {error.strerror or error}"
         raise InputError(message) from error
+
+
+def _read(
+    data: bytes,
+    name: str,
+    mask: BoolArray | None,
+    *,
+    formats: Sequence[str] | None = None,
+    max_pixels: int = MAX_PIXELS,
+) -> Picture:
+    image = _opened(data, name, formats)
+    size = image.size
+    _check_pixels(size, name, max_pixels)
+    image.draft("RGB", (MAX_SIDE, MAX_SIDE))
+    image, turned = _decoded(image, name)
+    if turned:
+        size = (size[1], size[0]) if turned == "on its side" else size
+    notes = [f"{name}: turned upright (it was stored {turned})"] if turned else []
+    return _from_array(np.asarray(image), size, mask, notes, name)
+
+
+def _opened(data: bytes, name: str, formats: Sequence[str] | None = None) -> Any:
+    pillow = require("PIL.Image", "images")
     try:
-        with warnings.catch_warnings():
+        # Warning filters belong to the whole process, so that threads must take turns.
+        with _OPENING, warnings.catch_warnings():
             warnings.simplefilter("ignore")
-            return pillow.open(io.BytesIO(data))
+            return pillow.open(io.BytesIO(data), formats=formats)
     except pillow.DecompressionBombError as error:
-        message = f"{path}: more than {MAX_PIXELS:,} pixels; reduce the picture first"
+        message = f"{name}: more than {MAX_PIXELS:,} pixels; reduce the picture first"
+        raise InputError(message) from error
+    except pillow.UnidentifiedImageError as error:
+        known = "any known format" if formats is None else f"a known format ({', '.join(formats)})"
+        message = f"{name} is not a picture of {known}"
         raise InputError(message) from error
     except Exception as error:
-        message = f"{path} is not a picture that can be read: {error}"
+        message = f"{name} is not a picture that can be read: {error}"
         raise InputError(message) from error
 
 
-def _check_pixels(size: tuple[int, int], name: str) -> None:
-    if size[0] * size[1] > MAX_PIXELS:
-        message = (
-            f"{name}: {size[0]} x {size[1]} are more than {MAX_PIXELS:,} pixels; reduce the picture first"
-        )
+def _check_pixels(size: tuple[int, int], name: str, most: int = MAX_PIXELS) -> None:
+    if size[0] * size[1] > most:
+        message = f"{name}: {size[0]} x {size[1]} are more than {most:,} pixels; reduce the picture first"
         raise InputError(message)
 
 
@@ -228,8 +292,9 @@ def _from_array(
         factor = MAX_SIDE / max(shape)
         shape = (max(1, round(shape[0] * factor)), max(1, round(shape[1] * factor)))
     if longest > MAX_SIDE:
-        note = f"{name}: {size[0]} x {size[1]} pixels reduced to {shape[1]} x {shape[0]}; coordinates stay the source's"
-        warnings.warn(note, PliantWarning, stacklevel=3)
+        note = (
+            f"{name}: {size[0]} x {size[1]} {_REDUCED} {shape[1]} x {shape[0]}; coordinates stay the source's"
+        )
         notes = [*notes, note]
     fit = (shape[1], shape[0])
     if shape != grey.shape:
@@ -281,7 +346,7 @@ def _unit_range(pixels: NDArray[Any], name: str) -> NDArray[np.float32]:
 
 def _mask_array(mask: Any) -> BoolArray:
     values = (
-        np.asarray(_decoded(_opened(Path(mask)), str(mask))[0])
+        np.asarray(_decoded(_opened(_file_bytes(Path(mask)), str(mask)), str(mask))[0])
         if isinstance(mask, str | Path)
         else np.asarray(mask)
     )
