@@ -52,7 +52,7 @@ def test_unknown_surfaces_are_refused():
 
 
 def test_a_missing_nilearn_is_named(monkeypatch):
-    monkeypatch.setattr("pliant.datasets.find_spec", lambda name: None)
+    monkeypatch.setattr("pliant.datasets.installed.find_spec", lambda name: None)
     with pytest.raises(MissingExtraError, match="nilearn"):
         fsaverage5()
 

@@ -11,6 +11,7 @@ from .bench_shapes import descriptors, maps
 from .components import components
 from .correspond import correspond
 from .cortex import cortex
+from .data import data
 from .demo import demo
 from .describe import describe
 from .field import field
@@ -39,6 +40,7 @@ app.command()(reproduce)
 bench.command()(descriptors)
 bench.command()(maps)
 app.add_typer(bench)
+app.add_typer(data)
 app.add_typer(image)
 
 

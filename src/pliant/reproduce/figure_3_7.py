@@ -11,7 +11,6 @@ from ._plots import lines
 from .bench import Bench
 from .findings import Experiment, Findings, Row, row_of
 
-
 _OTHERWISE = (
     "The printed form (a mean of the kernel over a ball) is not above WKS; Pliant's default is the growth of the "
     "balls' areas and means."

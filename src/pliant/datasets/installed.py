@@ -1,4 +1,4 @@
-"""Public data by name: for now, what installed packages ship. Nothing here touches a network."""
+"""What installed packages ship. Nothing here touches a network."""
 
 from __future__ import annotations
 
@@ -6,8 +6,8 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import Literal, TypeAlias
 
-from .errors import InputError, MissingExtraError
-from .mesh import Mesh, load_mesh
+from ..errors import InputError, MissingExtraError
+from ..mesh import Mesh, load_mesh
 
 __all__ = ["CorticalSurface", "Hemisphere", "fsaverage5"]
 

@@ -1,0 +1,112 @@
+from __future__ import annotations
+
+import json
+
+import numpy as np
+import pytest
+
+from pliant import InputError
+from pliant.cli import main
+from pliant.reproduce import Experiment, Findings, Row, experiments, reproduce
+from pliant.reproduce import run as running
+from pliant.reproduce.findings import row_of
+
+FAST = "figure-3.4"
+
+
+@pytest.fixture
+def counted(monkeypatch):
+    """Three experiments: one that counts its runs, one that fails, one that lacks its data."""
+    runs = []
+
+    def fine(bench):
+        runs.append(bench.seed)
+        return Findings("holds", "It <holds> & more.", "nothing", (Row("a", 1.0, 2.0, 1.5, 2.5, "noted"),))
+
+    def broken(bench):
+        raise InputError("no such thing")
+
+    made = (
+        Experiment("table-2.1", "Fine", "claim", "criterion", fine),
+        Experiment("figure-2.9", "Broken", "claim", "criterion", broken),
+        Experiment("table-6.2", "Without data", "claim", "criterion", fine, needs=("images/symd",)),
+    )
+    monkeypatch.setattr(running, "experiments", lambda: made)
+    return runs
+
+
+def test_names_are_unique_and_in_order():
+    names = [(e.chapter, e.name) for e in experiments()]
+    assert len(set(names)) == len(names)
+    assert [chapter for chapter, _ in names] == sorted(chapter for chapter, _ in names)
+
+
+def test_what_fails_is_said_and_the_rest_goes_on(counted, tmp_path):
+    done = reproduce(folder=tmp_path)
+    assert [o.findings.verdict for o in done] == ["holds", "not tested", "not tested"]
+    assert "no such thing" in done[1].findings.summary
+    assert "images/symd" in done[2].findings.summary
+    verdicts = json.loads((tmp_path / "verdicts.json").read_text())
+    assert verdicts[0]["printed"] == 1.0
+    assert verdicts[0]["interval"] == [1.5, 2.5]
+    assert {"name", "printed", "ours", "interval", "data", "verdict"} <= set(verdicts[0])
+
+
+def test_results_are_reused_until_seed_or_settings_change(counted, tmp_path):
+    for _ in range(2):
+        done = reproduce(["table-2.1"], folder=tmp_path)
+    assert counted == [0]
+    assert done[0].reused
+    reproduce(["table-2.1"], folder=tmp_path, rng=1)
+    reproduce(["table-2.1"], folder=tmp_path, quick=True)
+    assert counted == [0, 1, 0]
+
+
+def test_a_broken_result_file_is_computed_again(counted, tmp_path):
+    reproduce(["table-2.1"], folder=tmp_path)
+    (tmp_path / "results" / "table-2.1.json").write_text("{")
+    reproduce(["table-2.1"], folder=tmp_path)
+    assert counted == [0, 0]
+
+
+def test_a_failure_is_tried_again(counted, tmp_path):
+    reproduce(["figure-2.9"], folder=tmp_path)
+    assert not reproduce(["figure-2.9"], folder=tmp_path)[0].reused
+
+
+def test_text_is_escaped_in_the_report(counted, tmp_path):
+    reproduce(folder=tmp_path)
+    page = (tmp_path / "report.html").read_text()
+    assert "It &lt;holds&gt; &amp; more." in page
+    assert "src=" not in page.replace('src="data:', "")
+    assert "http:" not in page
+    assert "https:" not in page
+
+
+def test_unknown_names_and_folders_are_refused(tmp_path):
+    with pytest.raises(InputError, match=r"table-9\.9"):
+        reproduce(["table-9.9"], folder=tmp_path)
+    with pytest.raises(InputError, match="does not exist"):
+        reproduce(["table-2.1"], folder=tmp_path, data=tmp_path / "none")
+
+
+def test_rows_carry_no_nan_and_students_interval():
+    row = row_of("x", float("nan"), [1.0, 2.0, 3.0])
+    assert row.printed is None
+    # t(0.975, 2) = 4.3027, standard error 1 / sqrt(3)
+    np.testing.assert_allclose([row.low, row.high], [2 - 4.302653 / 3**0.5, 2 + 4.302653 / 3**0.5], rtol=1e-6)
+    assert row_of("x", 1.0, [3.0]).low is None
+
+
+def test_the_command_writes_a_report_and_speaks_json(tmp_path, capsys, monkeypatch):
+    monkeypatch.delenv("PLIANT_DATA", raising=False)
+    assert main(["reproduce", FAST, "--quick", "--json", "-o", str(tmp_path)]) == 0
+    verdicts = json.loads(capsys.readouterr().out)
+    assert verdicts[0]["name"] == FAST
+    assert verdicts[0]["verdict"] in ("holds", "holds partly", "does not hold")
+    rows = {row["name"]: row["ours"] for row in verdicts[0]["rows"]}
+    area = next(v for name, v in rows.items() if name.startswith("area") and "below" in name)
+    kernel = next(v for name, v in rows.items() if name.startswith("mean") and "below" in name)
+    assert area < 0.3 < kernel
+    assert main(["reproduce", "--list"]) == 0
+    assert FAST in capsys.readouterr().out
