@@ -40,8 +40,8 @@ def read_volume(path: Path, *, modality: str | None, series: str | None) -> Read
     raise FileFormatError(message)
 
 
-def write_image(path: Path, values: NDArray[np.uint8], affine: FloatArray) -> None:
-    """Write a small-integer image, whole or not at all."""
+def write_image(path: Path, values: NDArray[Any], affine: FloatArray) -> None:
+    """Write an image of whole numbers, whole or not at all."""
     ending = next((e for e in (".nii.gz", *_NIFTI, *_ITK) if path.name.lower().endswith(e)), None)
     if ending is None or ending in {".nhdr", ".mhd"}:
         message = f"{path.name}: the name must end in .nii, .nii.gz, .nrrd or .mha"
@@ -62,7 +62,7 @@ def write_image(path: Path, values: NDArray[np.uint8], affine: FloatArray) -> No
         Path(draft).unlink(missing_ok=True)
 
 
-def _write_nifti(path: str, values: NDArray[np.uint8], affine: FloatArray) -> None:
+def _write_nifti(path: str, values: NDArray[Any], affine: FloatArray) -> None:
     import nibabel
 
     image = nibabel.Nifti1Image(values, affine)
@@ -70,7 +70,7 @@ def _write_nifti(path: str, values: NDArray[np.uint8], affine: FloatArray) -> No
     nibabel.save(image, path)
 
 
-def _write_itk(path: str, values: NDArray[np.uint8], affine: FloatArray) -> None:
+def _write_itk(path: str, values: NDArray[Any], affine: FloatArray) -> None:
     sitk = require("SimpleITK", "heart")
     matrix = _FLIP @ affine
     lengths = np.linalg.norm(matrix[:3, :3], axis=0)
