@@ -1,3 +1,4 @@
+from . import cluster as cluster
 from . import datasets as datasets
 from . import errors as errors
 from .descriptors import Whitener as Whitener
@@ -14,6 +15,7 @@ from .errors import MissingExtraError as MissingExtraError
 from .errors import NumericalError as NumericalError
 from .errors import PliantError as PliantError
 from .errors import PliantWarning as PliantWarning
+from .errors import UnavailableError as UnavailableError
 from .evaluate import HitRates as HitRates
 from .evaluate import MapError as MapError
 from .evaluate import hit_rate as hit_rate

@@ -7,6 +7,7 @@
     │   ├── MeshError                  a mesh that is broken, or not fit for the call
     │   └── FileFormatError            a file that is not what it claims to be
     ├── NumericalError (ArithmeticError)   a computation that did not reach its stated accuracy
+    ├── UnavailableError (RuntimeError)    a device or a cluster that is not there, or went away
     └── MissingExtraError (ImportError)    an optional dependency that is not installed
 
     PliantWarning (UserWarning)        a reported repair, or a result to take with care
@@ -31,6 +32,7 @@ __all__ = [
     "NumericalError",
     "PliantError",
     "PliantWarning",
+    "UnavailableError",
     "first_indices",
     "require",
 ]
@@ -54,6 +56,10 @@ class FileFormatError(MeshError):
 
 class NumericalError(PliantError, ArithmeticError):
     """A computation that did not reach its stated accuracy."""
+
+
+class UnavailableError(PliantError, RuntimeError):
+    """A device or a cluster that is not there, or went away; the message says what starts it."""
 
 
 class MissingExtraError(PliantError, ImportError):
