@@ -12,7 +12,7 @@ import numpy as np
 
 from .._arrays import IntArray
 from ..errors import InputError, first_indices
-from ._hamming import Codes
+from .bits import Codes
 
 #: Written into every catalogue; a greater one comes from a newer version of Pliant.
 FORMAT = 1
@@ -188,6 +188,13 @@ class Catalogue:
         with self._explained():
             rows = self._db.execute("SELECT source, id, digest FROM items WHERE source IS NOT NULL")
             return {source: (item, digest) for source, item, digest in rows}
+
+    def items_of(self, sources: Sequence[str]) -> IntArray:
+        """Return the ids of the items that came from these files, ascending."""
+        statement = "SELECT id FROM items WHERE source = ?"
+        with self._explained():
+            found = [self._db.execute(statement, (source,)).fetchone() for source in sources]
+        return np.array(sorted(row[0] for row in found if row is not None), dtype=np.int64)
 
     def preview(self, item: int) -> bytes | None:
         """Return the JPEG of an item, if there is one."""

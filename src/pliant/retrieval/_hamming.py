@@ -5,12 +5,11 @@ from __future__ import annotations
 from typing import Any, Literal, TypeAlias
 
 import numpy as np
-from numpy.typing import NDArray
 
 from .._arrays import IntArray
 from ..errors import InputError, require
+from .bits import Codes
 
-Codes: TypeAlias = NDArray[np.uint8]
 IndexKind: TypeAlias = Literal["auto", "flat", "ivf"]
 
 #: Codes up to which ``"auto"`` compares with every code: about 1.2 ms a million 128-bit codes.

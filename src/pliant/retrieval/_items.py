@@ -11,7 +11,7 @@ import numpy as np
 
 from .._arrays import IntArray, frozen
 from ..errors import InputError, first_indices
-from ._hamming import Codes
+from .bits import Codes
 
 
 class Encoder(Protocol):

@@ -13,8 +13,9 @@ import numpy as np
 from .._arrays import IntArray
 from ..errors import InputError
 from ._catalogue import UNLABELLED, Catalogue
-from ._hamming import Codes, HammingSearch, IndexKind
+from ._hamming import HammingSearch, IndexKind
 from ._snapshot import read_snapshot, write_snapshot
+from .bits import Codes
 
 CATALOGUE = "catalogue.sqlite"
 
@@ -62,7 +63,7 @@ class Store:
         removals = self._removals
         with catalogue.writing():
             if files:
-                gone = self._known([path for path, _ in files])
+                gone = catalogue.items_of([path for path, _ in files])
                 removals = self._delete(gone)
             numbers = {label: catalogue.label_number(label) for label in dict.fromkeys(labels)}
             rows = [
@@ -130,10 +131,6 @@ class Store:
                 self.snapshot()
         finally:
             self.catalogue.close()
-
-    def _known(self, paths: Sequence[str]) -> IntArray:
-        known = self.catalogue.sources()
-        return np.array(sorted(known[path][0] for path in paths if path in known), dtype=np.int64)
 
     def _delete(self, ids: IntArray) -> int:
         """Remove items within a transaction and return the number of removals there have been."""

@@ -290,6 +290,14 @@ class ShapeIndex:
                 raise InputError(message)
             return [Item(i, found[i][0], self._store.label_name(found[i][1])) for i in wanted]
 
+    def sample(self, count: int) -> list[Item]:
+        """Return up to so many items, evenly spread over the index, in the order of their ids."""
+        with self._lock:
+            self._store.refresh()
+            ids = self._store.search.ids
+            places = np.linspace(0, len(ids) - 1, min(count, len(ids))).round().astype(np.int64)
+            return self.items(ids[places])
+
     def preview(self, item: int) -> bytes | None:
         """Return the stored JPEG of an item, None where it has none."""
         with self._lock:

@@ -1,0 +1,60 @@
+"""Work that takes a processor, kept off the event loop: a few at a time, a bounded queue, the rest sent away."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import suppress
+from typing import ParamSpec, TypeVar
+
+P = ParamSpec("P")
+R = TypeVar("R")
+
+
+class TooBusyError(Exception):
+    """More requests wait than may."""
+
+
+class Workers:
+    """Threads for the pictures of many clients.
+
+    Parameters
+    ----------
+    count : int
+        Pictures worked on at once.
+    waiting : int
+        Requests that may wait for one.
+    """
+
+    def __init__(self, count: int, waiting: int) -> None:
+        self._pool = ThreadPoolExecutor(count, "pliant-search")
+        self._room = count + waiting
+
+    async def run(self, work: Callable[P, R], *args: P.args, **kwargs: P.kwargs) -> R:
+        """Do one piece of work in its turn; raise :class:`TooBusyError` at once where too many wait."""
+        if not self._room:
+            raise TooBusyError
+        self._room -= 1
+        try:
+            future = self._pool.submit(work, *args, **kwargs)
+        except BaseException:
+            self._room += 1
+            raise
+        # The room is free when the work is done, not when a client that left stops waiting for it.
+        loop = asyncio.get_running_loop()
+        future.add_done_callback(lambda _: _soon(loop, self._leave))
+        return await asyncio.wrap_future(future)
+
+    def close(self) -> None:
+        """Finish what runs, and drop what waits."""
+        self._pool.shutdown(wait=True, cancel_futures=True)
+
+    def _leave(self) -> None:
+        self._room += 1
+
+
+def _soon(loop: asyncio.AbstractEventLoop, call: Callable[[], None]) -> None:
+    # A loop that closed meanwhile has nobody left who waits.
+    with suppress(RuntimeError):
+        loop.call_soon_threadsafe(call)
