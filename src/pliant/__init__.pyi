@@ -73,6 +73,8 @@ from .mesh import with_noise as with_noise
 from .mesh import without_degenerate_faces as without_degenerate_faces
 from .mesh import without_duplicate_faces as without_duplicate_faces
 from .mesh import without_unreferenced as without_unreferenced
+from .report import ShownSurface as ShownSurface
+from .report import comparison_page as comparison_page
 from .report import correspondence_figure as correspondence_figure
 from .report import hemisphere_views as hemisphere_views
 from .report import histogram_figure as histogram_figure

@@ -14,7 +14,8 @@ import pytest
 from pliant import Mesh, shapes
 from pliant.errors import InputError
 from pliant.report import surface_page, write_page
-from pliant.report.page import _packed, _readable
+from pliant.report._payload import packed as _packed
+from pliant.report.page import _readable
 
 KINDS = {"float32": "<f4", "uint32": "<u4", "uint8": "u1"}
 

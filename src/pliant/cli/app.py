@@ -19,6 +19,7 @@ from .image import image
 from .inspect import inspect
 from .reproduce import reproduce
 from .symmetry import symmetry
+from .view import view
 
 app = typer.Typer(
     name="pliant",
@@ -37,6 +38,7 @@ app.command()(cortex)
 app.command()(components)
 app.command()(correspond)
 app.command()(reproduce)
+app.command()(view)
 bench.command()(descriptors)
 bench.command()(maps)
 app.add_typer(bench)

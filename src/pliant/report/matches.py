@@ -7,7 +7,6 @@ import io
 import json
 from collections.abc import Mapping
 from html import escape
-from importlib import resources
 from string import Template
 from typing import TYPE_CHECKING, Any
 
@@ -16,6 +15,7 @@ import numpy as np
 from .._arrays import FloatArray
 from ..errors import require
 from ..images import PairMatch, Picture
+from .page import asset
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -143,16 +143,16 @@ def match_page(
     )
     parts = {
         "title": escape(title),
-        "css": _asset("page.css"),
+        "css": asset("page.css"),
         "rows": table,
         "count": str(len(match.points1)),
         "shown": str(min(50, len(match.points1))),
         "legend": "the part found" if truth is None else "the part found; dashed: the true box",
         # "<" in text could end the script element that carries the data.
         "data": json.dumps(data, separators=(",", ":"), allow_nan=False).replace("<", "\\u003c"),
-        "script": _asset("matches.js"),
+        "script": asset("matches.js"),
     }
-    return Template(_asset("matches.html")).substitute(parts)
+    return Template(asset("matches.html")).substitute(parts)
 
 
 def _draw_box(axis: Any, box: FloatArray, colour: str, style: str) -> None:
@@ -185,7 +185,3 @@ def _encoded(picture: Picture) -> str:
     buffer = io.BytesIO()
     image.save(buffer, "JPEG", quality=88)
     return "data:image/jpeg;base64," + base64.b64encode(buffer.getvalue()).decode("ascii")
-
-
-def _asset(name: str) -> str:
-    return (resources.files(__package__) / "assets" / name).read_text(encoding="utf-8")

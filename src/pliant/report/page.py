@@ -5,9 +5,7 @@ The page holds its data and its own small WebGL viewer; it loads nothing from an
 
 from __future__ import annotations
 
-import base64
 import json
-import zlib
 from collections.abc import Mapping
 from html import escape
 from importlib import resources
@@ -16,17 +14,16 @@ from string import Template
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from .._arrays import FloatArray, as_floats
 from ..errors import InputError
 from ..mesh import Mesh
 from ..mesh.formats import write_atomically
-from .colours import COLOUR_MAPS, MISSING, ColourMap, colour_table, robust_limits
-from .render import Axis, Direction, camera
+from ._payload import PERCENTILES, SIDES, surface_payload
+from .colours import COLOUR_MAPS, ColourMap, colour_table
+from .render import Axis
 
-_SIDES: tuple[Direction, ...] = ("left", "right", "front", "back", "top", "bottom")
-_PERCENTILES = (2.0, 98.0)
 Histograms = Mapping[str, ArrayLike]
 
 
@@ -91,9 +88,9 @@ def surface_page(
     >>> html.startswith("<!doctype html>") and "<title>A triangle</title>" in html
     True
     """
-    fields = _checked_layers(mesh, layers)
-    charts, bin_edges = _checked_histograms(mesh, histograms or {}, edges)
-    data = _payload(mesh, fields, charts, bin_edges, up, length_unit)
+    fields = checked_layers(mesh, layers)
+    charts, bin_edges = checked_histograms(mesh, histograms or {}, edges)
+    data = surface_payload(mesh, fields, charts, bin_edges, up, length_unit)
     if colour_map not in COLOUR_MAPS:
         colour_table(colour_map)  # says which maps there are
     table = {"vertices": mesh.n_vertices, "triangles": mesh.n_faces, **(settings or {})}
@@ -101,23 +98,23 @@ def surface_page(
         "title": escape(title),
         "notes": f'<p class="notes">{escape(notes)}</p>' if notes else "",
         "alt": escape(f"Interactive picture of {title}: {mesh.n_vertices} vertices, coloured by a layer"),
-        "sides": _lines(f'<button type="button" data-side="{s}">{s.capitalize()}</button>' for s in _SIDES),
+        "sides": _lines(f'<button type="button" data-side="{s}">{s.capitalize()}</button>' for s in SIDES),
         "layer_options": _lines(
             f'<option value="{i}">{escape(name)}</option>' for i, name in enumerate(fields)
         ),
         "map_options": _lines(_map_option(name, name == colour_map) for name in COLOUR_MAPS),
-        "percentiles": f"{_PERCENTILES[0]:g} and {_PERCENTILES[1]:g}",
+        "percentiles": f"{PERCENTILES[0]:g} and {PERCENTILES[1]:g}",
         "last": str(mesh.n_vertices - 1),
         "summaries": _lines(_summary_row(name, field) for name, field in fields.items()),
         "settings": _lines(_setting_row(str(name), str(value)) for name, value in table.items()),
         # "<" in text could end the script element that carries the data.
         "data": json.dumps(data, separators=(",", ":"), allow_nan=False).replace("<", "\\u003c"),
-        "version": _version(),
-        "css": _asset("page.css"),
-        "viewer": _asset("viewer.js"),
-        "page": _asset("page.js"),
+        "version": version(),
+        "css": asset("page.css"),
+        "viewer": asset("viewer.js"),
+        "page": asset("common.js") + asset("page.js"),
     }
-    return Template(_asset("page.html")).substitute(parts)
+    return Template(asset("page.html")).substitute(parts)
 
 
 def write_page(path: str | Path, html: str) -> Path:
@@ -151,7 +148,8 @@ def write_page(path: str | Path, html: str) -> Path:
     return target
 
 
-def _checked_layers(mesh: Mesh, layers: Mapping[str, ArrayLike]) -> dict[str, FloatArray]:
+def checked_layers(mesh: Mesh, layers: Mapping[str, ArrayLike]) -> dict[str, FloatArray]:
+    """Return the layers as arrays of one value a vertex, or say which does not fit."""
     if not layers:
         raise InputError("layers is empty: give at least one array of one value a vertex")
     if not mesh.n_faces:
@@ -168,9 +166,10 @@ def _checked_layers(mesh: Mesh, layers: Mapping[str, ArrayLike]) -> dict[str, Fl
     return fields
 
 
-def _checked_histograms(
+def checked_histograms(
     mesh: Mesh, histograms: Histograms, edges: ArrayLike | None
 ) -> tuple[dict[str, FloatArray], FloatArray]:
+    """Return the histograms as arrays of one shape with their edges, or say what does not fit."""
     charts = {name: as_floats(values, f"histogram {name!r}") for name, values in histograms.items()}
     shapes = {chart.shape for chart in charts.values()}
     if not charts:
@@ -190,61 +189,9 @@ def _checked_histograms(
     return charts, bounds
 
 
-def _payload(
-    mesh: Mesh,
-    fields: Mapping[str, FloatArray],
-    charts: Mapping[str, FloatArray],
-    edges: FloatArray,
-    up: Axis,
-    unit: str,
-) -> dict[str, Any]:
-    extent = float(np.ptp(mesh.vertices, axis=0).max())
-    differences = np.diff(mesh.faces.ravel(), prepend=0)
-    return {
-        "positions": _packed(mesh.vertices.astype(np.float32)),
-        "faces": _packed(np.where(differences < 0, -2 * differences - 1, 2 * differences).astype(np.uint32)),
-        "layers": [_layer(name, field) for name, field in fields.items()],
-        "histograms": list(charts),
-        "histogramArrays": [_packed(chart.astype(np.float32)) for chart in charts.values()],
-        "edges": edges.tolist(),
-        "cameras": {side: camera(side, up=up).tolist() for side in _SIDES},
-        "first": "left" if up == "z" else "front",
-        "tables": {name: _packed(colour_table(name)) for name in COLOUR_MAPS},
-        "missing": list(MISSING),
-        "unit": unit,
-        # Enough decimals to tell a ten-thousandth of the shape's size.
-        "decimals": int(np.clip(np.ceil(4 - np.log10(extent)) if extent > 0 else 2, 0, 9)),
-    }
-
-
-def _layer(name: str, field: FloatArray) -> dict[str, Any]:
-    low, high = robust_limits(field, percentiles=_PERCENTILES)
-    known = field[np.isfinite(field)]
-    positive = known[known > 0]
-    # A logarithmic scale can hold zeros back at its first colour, but not half of a signed field.
-    logarithmic = positive.size > 0 and bool((known >= 0).all())
-    low_positive = robust_limits(positive, percentiles=_PERCENTILES)[0] if logarithmic else 0.0
-    return {
-        "name": name,
-        "values": _packed(field.astype(np.float32)),
-        "low": low,
-        "high": high,
-        "low_positive": low_positive,
-        "missing": field.size - known.size,
-    }
-
-
-def _packed(array: NDArray[Any]) -> dict[str, Any]:
-    """Deflate an array, least significant bytes of all elements first: similar numbers share high bytes."""
-    little = array.ravel().astype(array.dtype.newbyteorder("<"))
-    planes = little.view(np.uint8).reshape(-1, array.dtype.itemsize).T
-    data = base64.b64encode(zlib.compress(planes.tobytes(), 6)).decode("ascii")
-    return {"kind": array.dtype.name, "length": array.size, "data": data}
-
-
 def _summary_row(name: str, field: FloatArray) -> str:
     known = field[np.isfinite(field)]
-    ranks = (0, _PERCENTILES[0], 50, _PERCENTILES[1], 100)
+    ranks = (0, PERCENTILES[0], 50, PERCENTILES[1], 100)
     values = (
         [_readable(float(value)) for value in np.percentile(known, ranks)]
         if known.size
@@ -279,11 +226,13 @@ def _lines(parts: Any) -> str:
     return "\n".join(parts)
 
 
-def _asset(name: str) -> str:
+def asset(name: str) -> str:
+    """Text of a file that pages are made of."""
     return (resources.files(__package__) / "assets" / name).read_text(encoding="utf-8")
 
 
-def _version() -> str:
+def version() -> str:
+    """Version of the package, for pages to name."""
     from .. import __version__
 
     return str(__version__)

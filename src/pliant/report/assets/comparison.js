@@ -1,0 +1,229 @@
+/* Two SurfaceViews beside each other: what they show, how they turn, what is picked, mirror images, bull's-eyes. */
+
+/** A SurfaceView with a second marker: where a map takes the picked vertex. */
+class PairedView extends SurfaceView {
+  drawMarker(ratio) {
+    super.drawMarker(ratio);
+    if (this.mirrored === null || this.mirrored === undefined) return;
+    const marked = this.marked;
+    this.marked = this.mirrored;
+    super.drawMarker(ratio * 0.7);
+    this.marked = marked;
+  }
+}
+
+class Pane {
+  constructor(place, board) {
+    this.place = place;
+    this.board = board;
+    this.stage = place.querySelector(".stage");
+    this.chooser = place.querySelector("select");
+    this.chooser.addEventListener("change", () => this.show(Number(this.chooser.value)).catch((error) => this.fail(error)));
+    this.picked = null;
+  }
+
+  fail(error) {
+    const note = this.place.querySelector(".loading");
+    note.hidden = false;
+    note.textContent = `The surface cannot be shown: ${error.message}`;
+  }
+
+  async show(index) {
+    const info = this.board.infos[index];
+    this.place.querySelector(".loading").hidden = false;
+    const data = await this.board.unpacked(index);
+    // A canvas keeps its context: a new surface gets a new canvas.
+    const old = this.stage.querySelector("canvas"), canvas = old.cloneNode();
+    old.replaceWith(canvas);
+    if (this.view) this.view.gl.getExtension("WEBGL_lose_context")?.loseContext();
+    this.info = info;
+    this.data = data;
+    this.view = new PairedView(canvas, data.positions, data.faces, info.missing);
+    this.view.onpick = (vertex) => this.board.pick(this, vertex);
+    this.view.onreset = () => this.board.look(info.first);
+    this.view.ondraw = () => {
+      drawRuler(this.view, this.place.querySelector(".scale-bar"), this.place.querySelector(".scale-text"), info.unit);
+      this.board.turned(this);
+    };
+    this.picked = null;
+    this.place.querySelector(".readout").replaceChildren();
+    this.place.querySelector(".loading").hidden = true;
+    this.look(info.first);
+    this.board.changed();
+  }
+
+  /** Look from a side, the shape filling the canvas: the zoom that others follow is relative to this. */
+  look(side) {
+    this.board.turning = true;
+    this.view.look(this.info.cameras[side]);
+    this.filling = this.view.zoom;
+    this.board.turning = false;
+  }
+
+  /** The values of the layer of this name, with its limits; nothing where the surface has none. */
+  layer(name) {
+    const at = this.info.layers.findIndex((layer) => layer.name === name);
+    return at < 0 ? null : { about: this.info.layers[at], values: this.data.layers[at] };
+  }
+
+  paint(name, low, high, logarithmic, table) {
+    const layer = this.layer(name);
+    this.view.useTable(table);
+    const values = layer ? layer.values : new Float32Array(this.info.count).fill(NaN);
+    this.view.paint(placed(values, low, high, logarithmic));
+    const told = this.place.querySelector(".told");
+    told.textContent = layer ? `${name}: first colour ${readable(low)}, last ${readable(high)}.` : `This surface has no values called ${name}.`;
+    this.bullseye(layer, name, low, high, logarithmic, table);
+  }
+
+  bullseye(layer, name, low, high, logarithmic, table) {
+    const place = this.place.querySelector(".bullseye");
+    place.hidden = !(this.data.segments && layer);
+    if (place.hidden) return;
+    const colour = (value) => {
+      if (!Number.isFinite(value)) return { css: "#c9ced4", dark: false };
+      const at = Math.round(255 * Math.min(Math.max(placed([value], low, high, logarithmic)[0], 0), 1));
+      const [r, g, b] = table.slice(3 * at, 3 * at + 3);
+      return { css: `rgb(${r} ${g} ${b})`, dark: 0.3 * r + 0.59 * g + 0.11 * b < 130 };
+    };
+    const first = (number) => this.data.segments.indexOf(number);
+    place.replaceChildren(drawBullseye(segmentMeans(layer.values, this.data.segments), colour, name, (number) => {
+      const vertex = first(number);
+      if (vertex >= 0) this.board.pick(this, vertex);
+    }));
+  }
+
+  /** Show a vertex and, under the chosen map, its mirror image. */
+  select(vertex, map) {
+    this.picked = vertex;
+    const image = map === null || !this.data.maps[map] ? -1 : this.data.maps[map][vertex] - 1;
+    this.view.mirrored = image >= 0 ? image : null;
+    this.view.mark(vertex);
+    const table = element("table"), body = element("tbody");
+    const row = (name, text) => {
+      const line = element("tr");
+      line.append(element("th", { scope: "row" }, name), element("td", {}, text));
+      body.append(line);
+    };
+    row("Vertex", String(vertex));
+    if (map !== null && this.data.maps[map]) row(this.info.maps[map].name, image >= 0 ? `vertex ${image}` : "none here");
+    if (this.data.segments) row("AHA segment", this.data.segments[vertex] ? String(this.data.segments[vertex]) : "none (base)");
+    this.info.layers.forEach((layer, i) => row(layer.name, readable(this.data.layers[i][vertex])));
+    table.append(body);
+    const charts = this.data.histograms.map((values, i) => {
+      const bins = this.info.bins[i], edges = Array.from({ length: bins + 1 }, (_, bin) => bin);
+      return drawHistogram(this.info.histograms[i], Array.from(values.subarray(vertex * bins, (vertex + 1) * bins)), edges);
+    });
+    this.place.querySelector(".readout").replaceChildren(table, ...charts);
+  }
+}
+
+class Board {
+  constructor(infos) {
+    this.infos = infos;
+    this.kept = new Map();
+    this.map = null;
+    this.turning = false;
+    this.panes = [...document.querySelectorAll(".pane")].map((place) => new Pane(place, this));
+  }
+
+  async unpacked(index) {
+    if (!this.kept.has(index)) {
+      const info = this.infos[index], all = (packs) => Promise.all(packs.map(unpack));
+      const [positions, codes] = await all([info.positions, info.faces]);
+      this.kept.set(index, {
+        positions, faces: undelta(codes),
+        layers: await all(info.layers.map((layer) => layer.values)),
+        histograms: await all(info.histogramArrays),
+        maps: await all(info.maps.map((map) => map.values)),
+        segments: info.segments ? await unpack(info.segments) : null,
+      });
+    }
+    return this.kept.get(index);
+  }
+
+  async start() {
+    this.tables = {};
+    for (const [name, table] of Object.entries(this.infos[0].tables)) this.tables[name] = await unpack(table);
+    for (const id of ["layer", "map", "scale", "common"]) byId(id).addEventListener("change", () => this.paint());
+    byId("linked").addEventListener("change", () => this.turned(this.panes[0]));
+    for (const button of document.querySelectorAll("[data-side]")) button.addEventListener("click", () => this.look(button.dataset.side));
+    byId("previous").addEventListener("click", () => this.step(-1));
+    byId("next").addEventListener("click", () => this.step(1));
+    for (const id of ["linked", "common"]) byId(id).closest(".check").hidden = this.panes.length < 2;
+    for (const pane of this.panes) await pane.show(Number(pane.chooser.value));
+    window.pliant = this; // for scripts and tests
+    document.documentElement.dataset.ready = "true";
+  }
+
+  /** After a surface was chosen: offer what any of them has, keep what was chosen. */
+  changed() {
+    const shown = this.panes.filter((pane) => pane.view);
+    const names = [...new Set(shown.flatMap((pane) => pane.info.layers.map((layer) => layer.name)))];
+    const chooser = byId("layer"), before = chooser.value;
+    chooser.replaceChildren(...names.map((name) => element("option", { value: name }, name)));
+    if (names.includes(before)) chooser.value = before;
+    const most = Math.max(...shown.map((pane) => pane.info.maps.length));
+    byId("stepper").hidden = !most;
+    if (this.map !== null && this.map >= most) this.map = null;
+    this.paint();
+  }
+
+  limits(pane, name, logarithmic) {
+    const about = pane.layer(name)?.about;
+    if (!about) return [0, 1];
+    return logarithmic && about.low_positive > 0 ? [about.low_positive, about.high] : [about.low, about.high];
+  }
+
+  paint() {
+    const shown = this.panes.filter((pane) => pane.view), name = byId("layer").value;
+    const positive = shown.every((pane) => !pane.layer(name) || pane.layer(name).about.low_positive > 0);
+    byId("scale").querySelector("[value=log]").disabled = !positive;
+    if (!positive) byId("scale").value = "linear";
+    const logarithmic = byId("scale").value === "log", table = this.tables[byId("map").value];
+    const own = shown.map((pane) => this.limits(pane, name, logarithmic));
+    const having = own.filter((_, i) => shown[i].layer(name));
+    const both = [Math.min(...having.map((ends) => ends[0])), Math.max(...having.map((ends) => ends[1]))];
+    shown.forEach((pane, i) => {
+      const [low, high] = byId("common").checked ? both : own[i];
+      pane.paint(name, low, high > low ? high : low + 1, logarithmic, table);
+    });
+  }
+
+  look(side) {
+    for (const pane of this.panes) if (pane.view) pane.look(side);
+  }
+
+  /** Turn and zoom the other pane as this one was. */
+  turned(pane) {
+    if (this.turning || !byId("linked").checked) return;
+    for (const other of this.panes) {
+      if (other === pane || !other.view) continue;
+      const zoom = other.filling * pane.view.zoom / pane.filling, rotation = pane.view.rotation;
+      const same = other.view.rotation.flat().every((value, i) => value === rotation.flat()[i]) && other.view.zoom === zoom;
+      if (same) continue;
+      this.turning = true;
+      other.view.rotation = rotation.map((row) => row.slice());
+      other.view.zoom = zoom;
+      other.view.draw();
+      this.turning = false;
+    }
+  }
+
+  pick(pane, vertex) {
+    for (const one of this.panes) {
+      if (one === pane || (one.view && one.info.count === pane.info.count)) one.select(vertex, this.map);
+    }
+  }
+
+  step(by) {
+    const most = Math.max(...this.panes.filter((pane) => pane.view).map((pane) => pane.info.maps.length));
+    const at = (this.map === null ? -1 : this.map) + by;
+    this.map = at < 0 ? (by < 0 && this.map === null ? most - 1 : null) : at >= most ? null : at;
+    byId("step").textContent = this.map === null ? "none" : `${this.map + 1} of ${most}`;
+    for (const pane of this.panes) if (pane.view && pane.picked !== null) pane.select(pane.picked, this.map);
+  }
+}
+
+const board = new Board(JSON.parse(byId("surfaces").textContent));
+board.start().catch((error) => board.panes.forEach((pane) => pane.fail(error)));

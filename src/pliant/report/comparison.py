@@ -1,0 +1,167 @@
+"""One self-contained page for several surfaces and any per-vertex result: two panes, linked cameras, mirror images."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from html import escape
+from string import Template
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from .._arrays import FloatArray, as_indices
+from ..errors import InputError
+from ..mesh import Mesh
+from ._payload import SIDES, packed, surface_payload
+from .colours import COLOUR_MAPS
+from .page import asset, checked_histograms, checked_layers, version
+from .render import Axis
+
+__all__ = ["ShownSurface", "comparison_page"]
+
+SEGMENTS = 17
+
+
+@dataclass(frozen=True, eq=False)
+class ShownSurface:
+    """A surface on a page, with what is known of its vertices.
+
+    Parameters
+    ----------
+    name : str
+        What it is called on the page.
+    mesh : Mesh
+        The surface; it must have faces.
+    layers : mapping of name to (n,) array_like
+        What colours can show. NaN is grey.
+    histograms : mapping of name to (n, bins) array_like
+        One histogram a vertex, drawn when the vertex is picked.
+    maps : mapping of name to (n,) array_like of int
+        Where each vertex goes under a map of the surface to itself, -1 where nowhere: symmetries to step through.
+    segments : (n,) array_like of int, optional
+        AHA segment of each vertex, 0 to 17: a bull's-eye is drawn beside the surface.
+    """
+
+    name: str
+    mesh: Mesh
+    layers: Mapping[str, ArrayLike]
+    histograms: Mapping[str, ArrayLike] = field(default_factory=dict)
+    maps: Mapping[str, ArrayLike] = field(default_factory=dict)
+    segments: ArrayLike | None = None
+
+
+def comparison_page(
+    surfaces: Sequence[ShownSurface], *, title: str, up: Axis = "z", length_unit: str = ""
+) -> str:
+    """Write an interactive page of one or more surfaces, as HTML.
+
+    Parameters
+    ----------
+    surfaces : sequence of ShownSurface
+        The first two are shown side by side; others can be chosen.
+    title : str
+        Heading and window title.
+    up : {"z", "y"}
+        Which axis points up.
+    length_unit : str
+        The meshes' unit.
+
+    Returns
+    -------
+    str
+        A whole HTML document that loads nothing from anywhere.
+
+    Raises
+    ------
+    InputError
+        If there is no surface, two have one name, or an array does not fit its mesh.
+
+    Notes
+    -----
+    Size and time as for :func:`pliant.report.surface_page`, once a surface. Surfaces are unpacked when they are chosen.
+    Where two surfaces have equally many vertices, picking one marks the vertex of the same number in the other.
+
+    Examples
+    --------
+    >>> from pliant import shapes
+    >>> ball = shapes.icosphere(2)
+    >>> shown = ShownSurface("ball", ball, {"height": ball.vertices[:, 2]})
+    >>> "<title>A ball</title>" in comparison_page([shown], title="A ball")
+    True
+    """
+    if not surfaces:
+        raise InputError("there is nothing to show: give at least one surface")
+    names = [surface.name for surface in surfaces]
+    if len(set(names)) < len(names):
+        message = f"surfaces must have different names, got {', '.join(names)}"
+        raise InputError(message)
+    data = [_surface_data(surface, up, length_unit) for surface in surfaces]
+    maps = "\n".join(f'<option value="{name}">{name}</option>' for name in COLOUR_MAPS)
+    parts = {
+        "title": escape(title),
+        "sides": "\n".join(
+            f'<button type="button" data-side="{side}">{side.capitalize()}</button>' for side in SIDES
+        ),
+        "map_options": maps,
+        "panes": "\n".join(_pane(i, names, min(i, len(names) - 1)) for i in range(min(2, len(names)))),
+        # "<" in text could end the script element that carries the data.
+        "data": json.dumps(data, separators=(",", ":"), allow_nan=False).replace("<", "\\u003c"),
+        "version": version(),
+        "css": asset("page.css"),
+        "scripts": asset("viewer.js") + asset("common.js") + asset("bullseye.js") + asset("comparison.js"),
+    }
+    return Template(asset("comparison.html")).substitute(parts)
+
+
+def _surface_data(surface: ShownSurface, up: Axis, unit: str) -> dict[str, Any]:
+    mesh = surface.mesh
+    layers = checked_layers(mesh, surface.layers)
+    # Histograms of several kinds may have different numbers of bins, each with edges of its own.
+    charts: dict[str, FloatArray] = {}
+    for name, values in surface.histograms.items():
+        charts.update(checked_histograms(mesh, {name: values}, None)[0])
+    payload = surface_payload(mesh, layers, charts, np.array([0.0]), up, unit)
+    maps = {
+        name: _checked_vertices(values, mesh, f"map {name!r}", mesh.n_vertices - 1)
+        for name, values in surface.maps.items()
+    }
+    segments = (
+        None
+        if surface.segments is None
+        else _checked_vertices(surface.segments, mesh, "segments", SEGMENTS, least=0)
+    )
+    return {
+        **payload,
+        "title": surface.name,
+        "count": mesh.n_vertices,
+        "bins": [chart.shape[1] for chart in charts.values()],
+        "maps": [
+            {"name": name, "values": packed((values + 1).astype(np.uint32))} for name, values in maps.items()
+        ],
+        "segments": None if segments is None else packed(segments.astype(np.uint8)),
+    }
+
+
+def _checked_vertices(values: ArrayLike, mesh: Mesh, name: str, most: int, *, least: int = -1) -> Any:
+    numbers = as_indices(values, name)
+    if numbers.shape != (mesh.n_vertices,):
+        message = f"{name} must have one number a vertex, shape ({mesh.n_vertices},), got {numbers.shape}"
+        raise InputError(message)
+    outside = int(((numbers < least) | (numbers > most)).sum())
+    if outside:
+        message = f"{name} must lie in {least} to {most}; {outside} numbers do not"
+        raise InputError(message)
+    return numbers
+
+
+def _pane(index: int, names: Sequence[str], chosen: int) -> str:
+    options = "".join(
+        f'<option value="{i}"{" selected" if i == chosen else ""}>{escape(name)}</option>'
+        for i, name in enumerate(names)
+    )
+    return Template(asset("comparison-pane.html")).substitute(
+        index=index, number=("First", "Second")[index], options=options
+    )

@@ -1,0 +1,101 @@
+"""The page of several surfaces in a browser: picking, linked cameras, mirror images, a bull's-eye, no error."""
+
+from __future__ import annotations
+
+import json
+import shutil
+
+import numpy as np
+import pytest
+
+from pliant import InputError, ShownSurface, comparison_page, save_arrays, save_mesh, shapes
+from pliant.cli import main
+
+
+def test_what_does_not_fit_is_refused():
+    ball = shapes.icosphere(1)
+    layers = {"height": ball.vertices[:, 2]}
+    with pytest.raises(InputError, match="at least one"):
+        comparison_page([], title="none")
+    with pytest.raises(InputError, match="different names"):
+        comparison_page([ShownSurface("a", ball, layers)] * 2, title="twice")
+    segments = np.r_[18, 19, np.zeros(ball.n_vertices - 2)].astype(int)
+    with pytest.raises(InputError, match="2 numbers do not"):
+        comparison_page([ShownSurface("a", ball, layers, segments=segments)], title="18")
+    with pytest.raises(InputError, match="one number a vertex"):
+        comparison_page([ShownSurface("a", ball, layers, maps={"m": [0, 1]})], title="short")
+
+
+def test_results_need_a_mesh_before_them(tmp_path, capsys):
+    save_arrays(tmp_path / "x.npz", {"a": np.zeros(3)})
+    assert main(["view", str(tmp_path / "x.npz"), "-o", str(tmp_path / "v.html")]) == 3
+    assert "name the mesh" in capsys.readouterr().err
+    assert main(["view", str(tmp_path / "none.ply"), "-o", str(tmp_path / "v.html")]) == 3
+
+
+@pytest.fixture
+def page(tmp_path, capsys):
+    """A ball with 17 segments and an array of rows, and a copy that is stretched, written and viewed by the command."""
+    ball = shapes.icosphere(3)
+    segments = np.arange(ball.n_vertices) % 18
+    save_mesh(tmp_path / "ball.ply", ball)
+    save_mesh(tmp_path / "egg.ply", ball.scaled(2.0))
+    arrays = {
+        "segment": segments,
+        "height": ball.vertices[:, 2],
+        "rows": np.random.default_rng(0).random((642, 4)),
+    }
+    save_arrays(tmp_path / "ball.npz", arrays)
+    save_arrays(tmp_path / "egg.npz", {"height": 2 * ball.vertices[:, 2], "wrong": np.zeros(5)})
+    files = [str(tmp_path / name) for name in ("ball.ply", "ball.npz", "egg.ply", "egg.npz")]
+    assert main(["view", *files, "-o", str(tmp_path / "view.html")]) == 0
+    assert "wrong, shape (5,)" in capsys.readouterr().err
+    return tmp_path / "view.html"
+
+
+def test_the_page_loads_nothing(page):
+    text = page.read_text()
+    assert "https:" not in text
+    assert 'src="' not in text
+
+
+@pytest.mark.skipif(shutil.which("chromium") is None, reason="chromium is not installed")
+def test_two_surfaces_side_by_side(page):
+    from selenium import webdriver
+    from selenium.webdriver.support.ui import WebDriverWait
+
+    options = webdriver.ChromeOptions()
+    for flag in ("--headless=new", "--no-sandbox", "--use-gl=angle", "--use-angle=swiftshader"):
+        options.add_argument(flag)
+    options.set_capability("goog:loggingPrefs", {"browser": "ALL"})
+    driver = webdriver.Chrome(options=options)
+    try:
+        driver.set_window_size(1200, 1000)
+        driver.get(page.as_uri())
+        WebDriverWait(driver, 30).until(
+            lambda d: d.execute_script("return document.documentElement.dataset.ready")
+        )
+        run = driver.execute_script
+        run("pliant.pick(pliant.panes[0], 7)")
+        assert run("return pliant.panes.map((pane) => pane.view.marked)") == [7, 7]
+        assert "AHA segment" in run("return pliant.panes[0].place.querySelector('.readout').textContent")
+        assert run("return document.querySelectorAll('.bullseye:not([hidden]) path').length") == 16
+        # Turning one turns the other; they stay as large on their own canvas as they were.
+        run(
+            "pliant.panes[0].view.turn(0.3, 0.2); pliant.panes[0].view.zoomBy(1.5); pliant.panes[0].view.draw()"
+        )
+        assert json.loads(run("return JSON.stringify(pliant.panes.map((p) => p.view.rotation))"))[
+            0
+        ] == json.loads(run("return JSON.stringify(pliant.panes[1].view.rotation)"))
+        ratio = run("return pliant.panes.map((p) => p.view.zoom / p.filling)")
+        np.testing.assert_allclose(ratio, 1.5, rtol=1e-9)
+        # The egg has no segments: it says so, and is grey.
+        run(
+            "const c = document.getElementById('layer'); c.value = 'segment'; c.dispatchEvent(new Event('change'))"
+        )
+        assert "no values called segment" in run("return pliant.panes[1].place.textContent")
+        driver.set_window_size(500, 900)
+        assert run("return document.documentElement.scrollWidth <= window.innerWidth")
+        assert [entry for entry in driver.get_log("browser") if entry["level"] == "SEVERE"] == []
+    finally:
+        driver.quit()
