@@ -17,6 +17,8 @@ from ._frame import Coarse
 # Heat that has spread over a few to some ten per cent of the surface.
 _TIMES = (0.02, 0.06, 0.2)
 _CELLS = 12
+# Eigenfunctions that tell on which side a map leaves a face.
+_SMOOTH = 20
 
 
 def first_map(coarse: Coarse, sources: IntArray, targets: IntArray, k: int) -> FloatArray:
@@ -61,7 +63,7 @@ def grown(coarse: Coarse, matrix: FloatArray, k: int, step: int, *, symmetric: b
     basis, weighted = coarse.basis, coarse.basis * coarse.weights[:, None]
     size = len(matrix)
     while True:
-        points = _nearest(basis[:, :size], matrix)
+        points = coarse_points(coarse, matrix)
         size = min(size + step, k)
         matrix = weighted[:, :size].T @ basis[points, :size]
         matrix = orthogonal(matrix + matrix.T if symmetric else matrix)
@@ -69,10 +71,36 @@ def grown(coarse: Coarse, matrix: FloatArray, k: int, step: int, *, symmetric: b
             return matrix
 
 
+def grown_between(a: Coarse, b: Coarse, matrix: FloatArray, k: int, step: int) -> FloatArray:
+    """:func:`grown` for a map from a to b, whose matrix takes functions on b to functions on a, both ways at once."""
+    weighted = [side.basis * side.weights[:, None] for side in (a, b)]
+    size = len(matrix)
+    while True:
+        there = nearest_images(a.basis[:, :size], matrix, b.basis[:, :size])
+        back = nearest_images(b.basis[:, :size], matrix.T, a.basis[:, :size])
+        size = min(size + step, k)
+        forth = weighted[0][:, :size].T @ b.basis[there, :size]
+        matrix = orthogonal(forth + (weighted[1][:, :size].T @ a.basis[back, :size]).T)
+        if size == k:
+            return matrix
+
+
 def coarse_points(coarse: Coarse, matrix: FloatArray) -> IntArray:
     """(s,) the sample nearest to the image of each sample, by place among the samples."""
     basis = coarse.basis[:, : len(matrix)]
-    return _nearest(basis, matrix)
+    return nearest_images(basis, matrix, basis)
+
+
+def reversed_share(a: Coarse, b: Coarse, matrix: FloatArray, points: IntArray) -> float:
+    """Reversed area of a map from a to b as smooth functions see it, at one face of each sample."""
+    few = min(_SMOOTH, len(matrix))
+    scales = 1 / b.frame.spectrum.values[1:few]
+    carried = (a.frame.spectrum.vectors[a.faces][:, :, : len(matrix)] @ matrix)[:, :, 1:few] * scales
+    there = b.frame.spectrum.vectors[b.faces[points]][:, :, 1:few] * scales
+    u, v = carried[:, 1] - carried[:, 0], carried[:, 2] - carried[:, 0]
+    c, d = there[:, 1] - there[:, 0], there[:, 2] - there[:, 0]
+    side = (u * c).sum(axis=1) * (v * d).sum(axis=1) - (u * d).sum(axis=1) * (v * c).sum(axis=1)
+    return float(a.weights[side < 0].sum())
 
 
 def orthogonal(matrix: FloatArray) -> FloatArray:
@@ -105,11 +133,11 @@ def _nearest_few(points: FloatArray, queries: FloatArray, count: int) -> IntArra
     return np.argpartition(gaps, count - 1, axis=1)[:, :count]
 
 
-def _nearest(basis: FloatArray, matrix: FloatArray) -> IntArray:
-    """For each row, the one whose own image is nearest to it; rounding to single precision decides no map."""
-    rows = basis.astype(np.float32)
-    squares = np.einsum("ij,ij->i", rows, rows)
-    found: IntArray = (squares - 2 * (rows @ matrix.astype(np.float32)) @ rows.T).argmin(axis=1)
+def nearest_images(basis: FloatArray, matrix: FloatArray, targets: FloatArray) -> IntArray:
+    """For each row's image, the nearest target; rounding to single precision decides no map."""
+    rows, there = (basis @ matrix).astype(np.float32), targets.astype(np.float32)
+    squares = np.einsum("ij,ij->i", there, there)
+    found: IntArray = (squares - 2 * rows @ there.T).argmin(axis=1)
     return found
 
 

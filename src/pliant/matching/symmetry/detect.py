@@ -3,16 +3,18 @@
 from __future__ import annotations
 
 import os
-from dataclasses import asdict
+from dataclasses import asdict, replace
 
 import numpy as np
 
 from ...errors import InputError
 from ...mesh import Mesh, vertex_components
 from ...spectral import Spectrum, eigenbasis
-from .mapping import Limits, Reflection, reflections
+from ._frame import Frame
+from .mapping import Limits, Reflection, continuous_symmetry, search_reflections, voting_pairs
+from .partial import search_parts
 from .result import Symmetry, SymmetryResult
-from .space import complexity
+from .space import complexity, group_symmetries
 
 __all__ = ["detect_symmetries"]
 
@@ -25,12 +27,13 @@ def detect_symmetries(
     *,
     samples: int = 100,
     k: int = 120,
+    parts: bool = True,
     spectrum: Spectrum | None = None,
     limits: Limits | None = None,
     cache: str | os.PathLike[str] | None = None,
     rng: int | np.random.Generator | None = None,
 ) -> SymmetryResult:
-    """Find the intrinsic reflections of a surface: those that bending leaves.
+    """Find the intrinsic symmetries of a surface, those that bending leaves: reflections, and limbs that are alike.
 
     Parameters
     ----------
@@ -40,6 +43,8 @@ def detect_symmetries(
         Voters; the dissertation uses 20 to 100.
     k : int
         Eigenfunctions in the final maps.
+    parts : bool
+        Also look for symmetries of parts.
     spectrum : Spectrum, optional
         Of the mesh, where it is known; otherwise 200 eigenpairs are computed.
     limits : Limits, optional
@@ -52,8 +57,10 @@ def detect_symmetries(
     Returns
     -------
     SymmetryResult
-        Symmetries, the most confident first. None, and the reason, for a surface that has none, or in pieces, or
-        arbitrarily many (a sphere, a surface of revolution): never one arbitrary map.
+        Symmetries, the global ones first, each kind with the most confident first; ``group`` says which are alike, and
+        ``implied_by`` which pairs of limbs a global one carries over already. No global symmetry, and the reason, for a
+        surface that has none; none at all for one in pieces or with arbitrarily many (a sphere, a surface of
+        revolution): never one arbitrary map.
 
     Raises
     ------
@@ -64,6 +71,7 @@ def detect_symmetries(
     --------
     pliant.matching.symmetry.symmetric_pairs : the first stage, sparse pairs by voting.
     pliant.matching.symmetry.reflections : the second stage, dense maps.
+    pliant.matching.symmetry.partial_symmetries : pairs of limbs.
 
     Notes
     -----
@@ -71,7 +79,7 @@ def detect_symmetries(
 
     Not to be trusted: on a shape that is nearly symmetric in other ways too (a bent pose whose trunk looks alike from
     front and back may come back half turned); with few triangles on thin limbs; for translational copies, which are
-    out of reach. Only reflections are reported: rotations and symmetries of parts are not.
+    out of reach. Only reflections are reported of the whole, not rotations; and only limbs of parts.
 
     References
     ----------
@@ -86,7 +94,7 @@ def detect_symmetries(
     (1, 'global')
     """
     limits = limits or Limits()
-    settings = {"samples": int(samples), "k": int(k), "limits": asdict(limits)}
+    settings = {"samples": int(samples), "k": int(k), "parts": bool(parts), "limits": asdict(limits)}
     pieces, _ = vertex_components(mesh)
     if pieces > 1:
         reason = (
@@ -99,9 +107,21 @@ def detect_symmetries(
         raise InputError(message)
     if spectrum is None:
         spectrum = eigenbasis(mesh, min(_EIGENPAIRS, mesh.n_vertices // 3), cache=cache)
-    found = reflections(mesh, spectrum, samples=samples, k=k, limits=limits, rng=rng)
-    symmetries = sorted((_global(r, limits) for r in found.reflections), key=lambda s: -s.confidence)
-    return SymmetryResult(tuple(symmetries), found.reasons, settings)
+    frame = Frame(mesh, spectrum)
+    reason = continuous_symmetry(frame)
+    if reason:
+        return SymmetryResult((), (reason,), settings)
+    voters = voting_pairs(frame, samples, rng)
+    found = search_reflections(frame, voters, k, limits)
+    whole = sorted((_global(r, limits) for r in found.reflections), key=lambda s: -s.confidence)
+    others = search_parts(frame, voters, [one.point_map for one in whole]) if parts else None
+    every = [*whole, *(others.symmetries if others else ())]
+    groups = group_symmetries(every, spectrum)
+    return SymmetryResult(
+        tuple(replace(one, group=int(group)) for one, group in zip(every, groups, strict=True)),
+        (*found.reasons, *(others.reasons if others else ())),
+        settings,
+    )
 
 
 def _global(reflection: Reflection, limits: Limits) -> Symmetry:

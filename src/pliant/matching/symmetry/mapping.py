@@ -13,7 +13,7 @@ from ...errors import InputError
 from ...mesh import Mesh
 from ...spectral import Spectrum
 from ._frame import Coarse, Frame
-from ._refine import coarse_points, dense_points, first_map, grown, orthogonal
+from ._refine import coarse_points, dense_points, first_map, grown, orthogonal, reversed_share
 from ._slide import slides
 from .measures import MapQuality, quality_of, signature_residual
 from .voting import agreements, best_per_source, candidate_pairs
@@ -193,20 +193,32 @@ def reflections(
     >>> bool((found.reflections[0].point_map == figure.symmetry).mean() > 0.8)
     True
     """
-    limits = limits or Limits()
     frame = Frame(mesh, spectrum)
     reason = continuous_symmetry(frame)
     if reason:
         return GlobalSearch((), (reason,))
-    if isinstance(k, bool) or int(k) != k or k < _FIRST:
-        message = f"k must be a whole number of {_FIRST} or more, got {k}"
-        raise InputError(message)
+    return search_reflections(frame, voting_pairs(frame, samples, rng), k, limits or Limits())
+
+
+def voting_pairs(
+    frame: Frame, samples: int, rng: int | np.random.Generator | None
+) -> tuple[IntArray, IntArray]:
+    """Return samples and their partners."""
     if isinstance(samples, bool) or int(samples) != samples or samples < 10:
         message = f"samples must be a whole number of 10 or more, got {samples}"
         raise InputError(message)
-    pairs = candidate_pairs(frame, frame.samples(samples, rng))
+    return candidate_pairs(frame, frame.samples(samples, rng))
+
+
+def search_reflections(
+    frame: Frame, pairs: tuple[IntArray, IntArray], k: int, limits: Limits
+) -> GlobalSearch:
+    """Run the search on a surface that has been seen to have no continuous symmetry."""
+    if isinstance(k, bool) or int(k) != k or k < _FIRST:
+        message = f"k must be a whole number of {_FIRST} or more, got {k}"
+        raise InputError(message)
     coarse = Coarse(frame, frame.samples(_CAREFUL[0]))
-    k = min(k, spectrum.k, len(coarse.samples) // 3)
+    k = min(k, frame.spectrum.k, len(coarse.samples) // 3)
     with threadpool_limits(1):  # matrices this small lose more than they gain by threads
         guesses = _distinct_guesses(coarse.first(_QUICK[0]), *pairs, k)
         return _judged(coarse, guesses, pairs, k, limits)
@@ -305,23 +317,10 @@ def _measured(coarse: Coarse, matrix: FloatArray) -> _Guess:
     back = _apart(coarse, points[points], np.arange(len(points)))
     moved = _apart(coarse, points, np.arange(len(points)))
     # What hardly moves, the identity, and what keeps the orientation come last.
-    penalty = _TURNED * float(_reversed_share(coarse, matrix, points) < 0.6) + _TURNED * float(moved < _SAME)
+    penalty = _TURNED * float(reversed_share(coarse, coarse, matrix, points) < 0.6) + _TURNED * float(
+        moved < _SAME
+    )
     return _Guess(matrix, points, float(distortion + residual + back - _MOVES * moved) + penalty)
-
-
-def _reversed_share(coarse: Coarse, matrix: FloatArray, points: IntArray) -> float:
-    """Reversed area as smooth functions see it, at one face of each sample."""
-    frame = coarse.frame
-    faces = coarse.faces
-    few = min(_FIRST, len(matrix))
-    scales = 1 / frame.spectrum.values[1:few]
-    at = frame.spectrum.vectors[faces][:, :, : len(matrix)]
-    carried = (at @ matrix)[:, :, 1:few] * scales
-    there = at[points][:, :, 1:few] * scales
-    a, b = carried[:, 1] - carried[:, 0], carried[:, 2] - carried[:, 0]
-    c, d = there[:, 1] - there[:, 0], there[:, 2] - there[:, 0]
-    side = (a * c).sum(axis=1) * (b * d).sum(axis=1) - (a * d).sum(axis=1) * (b * c).sum(axis=1)
-    return float(coarse.weights[side < 0].sum())
 
 
 def _apart(coarse: Coarse, a: IntArray, b: IntArray) -> float:
@@ -345,7 +344,7 @@ def _judged(
         matrix = grown(coarse, orthogonal(guess.matrix[:first, :first]), k, _CAREFUL[1], symmetric=True)
         image = dense_points(coarse, matrix)
         quality = quality_of(frame, image)
-        support = _support(frame, *pairs, image)
+        support = support_of(frame, *pairs, image)
         failures = limits.failures(quality, float(np.trace(matrix)) / k, support)
         if failures:
             reasons.append(_refusal(quality, failures))
@@ -374,8 +373,12 @@ def _agreeing_area(frame: Frame, a: IntArray, b: IntArray) -> float:
     return float(frame.areas[near].sum())
 
 
-def _support(frame: Frame, sources: IntArray, targets: IntArray, image: IntArray) -> float:
-    """Share of the voters one of whose partners is near the voter's image."""
+def support_of(frame: Frame, sources: IntArray, targets: IntArray, image: IntArray) -> float:
+    """Share of the voters, of those that have an image, one of whose partners is near it."""
+    known = image[sources] >= 0
+    if not known.any():
+        return 0.0
+    sources, targets = sources[known], targets[known]
     gaps = np.linalg.norm(frame.embedding[image[sources]] - frame.embedding[targets], axis=1)
     near: BoolArray = gaps < 2 * _WIDTHS[-1]
     return len(np.unique(sources[near])) / len(np.unique(sources))

@@ -114,7 +114,7 @@ def reversed_area(mesh: Mesh, point_map: IntArray) -> float:
     mesh : Mesh
         Wound alike throughout.
     point_map : (n,) array of int
-        The image of each vertex.
+        The image of each vertex; -1 where it has none.
 
     Returns
     -------
@@ -129,11 +129,13 @@ def reversed_area(mesh: Mesh, point_map: IntArray) -> float:
     1.0
     """
     image = np.asarray(point_map)[mesh.faces]
+    whole = (image >= 0).all(axis=1)
+    image = image[whole]
     corners = mesh.vertices[image]
     normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     there = mesh.vertex_normals[image].sum(axis=1)
     side = (normals * there).sum(axis=1)
-    areas = mesh.face_areas
+    areas = mesh.face_areas[whole]
     known = areas[side != 0].sum()
     return float(areas[side < 0].sum() / known) if known > 0 else 0.0
 

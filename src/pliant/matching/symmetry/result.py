@@ -10,19 +10,23 @@ from pathlib import Path
 from typing import Any, Literal
 
 import numpy as np
+import scipy.sparse as sp
 
 from ..._arrays import BoolArray, FloatArray, IntArray, frozen
 from ...errors import FileFormatError, InputError
 from ...mesh.arrays import load_arrays, save_arrays
 from ...mesh.formats import write_atomically
+from ...spectral import Spectrum
 
 __all__ = ["Symmetry", "SymmetryResult"]
 
-_FORMAT = "pliant-symmetries-1"
+_FORMAT = "pliant-symmetries-2"
 _ARRAYS = ("source", "target", "point_map", "fmap")
+_SIDES = ("source", "target")
+_LABELS = ("group", "implied_by")
 _NUMBERS = ("support", "complexity", "distortion", "reversed_area", "residual", "confidence")
 
-Kind = Literal["global"]
+Kind = Literal["global", "partial"]
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -36,7 +40,9 @@ class Symmetry:
     point_map : (n,) array of int
         The image of each vertex of the source, -1 elsewhere.
     fmap : (k, k) array of float
-        The functional map in the eigenbasis of the surface.
+        The functional map, orthogonal: it takes functions on the target to functions on the source, f to f o T.
+        In the eigenbasis of the surface where it is global, else in the regions' own (:attr:`bases`), each
+        region scaled to unit area.
     support : float
         Share of the voters with a partner where the map takes them.
     complexity : float
@@ -49,8 +55,15 @@ class Symmetry:
         Median squared distance of wave kernel signatures of point and image, over that of two random points.
     confidence : float
         From 0 to 1: how far the map stays within the limits it was accepted by. It orders; it is no probability.
-    kind : {"global"}
-        A reflection of the whole surface.
+    kind : {"global", "partial"}
+        A reflection of the whole surface, or a region that is carried to another one.
+    group : int
+        Number of its group among those of its kind, see :func:`group_symmetries`; -1 where it was not sought.
+    implied_by : int
+        Of a partial symmetry: place, in the result, of the global one that carries the source to the target
+        already; -1 where there is none.
+    bases : pair of Spectrum or None
+        Eigenbases of source and target as surfaces of their own, on their vertices in ascending order.
     """
 
     source: BoolArray
@@ -64,6 +77,9 @@ class Symmetry:
     residual: float
     confidence: float
     kind: Kind = "global"
+    group: int = -1
+    implied_by: int = -1
+    bases: tuple[Spectrum, Spectrum] | None = None
 
     def __post_init__(self) -> None:
         n = len(self.point_map)
@@ -72,6 +88,8 @@ class Symmetry:
             raise InputError(message)
         if not np.array_equal(self.point_map >= 0, self.source) or (n and self.point_map.max() >= n):
             raise InputError("point_map must name a vertex where source is true, and be -1 elsewhere")
+        if not self.target[self.point_map[self.source]].all():
+            raise InputError("point_map must lead into the target")
         for name in _ARRAYS:
             object.__setattr__(self, name, frozen(getattr(self, name)))
 
@@ -123,6 +141,10 @@ class SymmetryResult:
         for i, found in enumerate(self.symmetries):
             for name in _ARRAYS:
                 arrays[f"{name}_{i}"] = getattr(found, name)
+            for side, basis in zip(_SIDES, found.bases or (), strict=False):
+                arrays[f"{side}_values_{i}"] = basis.values
+                arrays[f"{side}_vectors_{i}"] = basis.vectors
+                arrays[f"{side}_mass_{i}"] = basis.mass.diagonal()
         save_arrays(path / "symmetries.npz", arrays)
         text = json.dumps(self.as_json(), indent=2, allow_nan=False)
         write_atomically(path / "symmetries.json", text.encode())
@@ -130,7 +152,10 @@ class SymmetryResult:
     def as_json(self) -> dict[str, Any]:
         """Return everything but the arrays, ready for :func:`json.dumps`."""
         rows = [
-            {"kind": s.kind} | {name: float(getattr(s, name)) for name in _NUMBERS} for s in self.symmetries
+            {"kind": s.kind}
+            | {name: float(getattr(s, name)) for name in _NUMBERS}
+            | {name: int(getattr(s, name)) for name in _LABELS}
+            for s in self.symmetries
         ]
         return {
             "format": _FORMAT,
@@ -174,4 +199,13 @@ class SymmetryResult:
 
 def _stored(arrays: Mapping[str, Any], number: int, row: Mapping[str, Any]) -> Symmetry:
     fields: dict[str, Any] = {name: arrays[f"{name}_{number}"] for name in _ARRAYS}
+    if f"source_values_{number}" in arrays:
+        fields["bases"] = tuple(
+            Spectrum(
+                arrays[f"{side}_values_{number}"],
+                arrays[f"{side}_vectors_{number}"],
+                sp.diags_array(arrays[f"{side}_mass_{number}"]).tocsr(),
+            )
+            for side in _SIDES
+        )
     return Symmetry(**fields, **row)
