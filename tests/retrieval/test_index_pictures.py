@@ -6,17 +6,14 @@ import io
 
 import numpy as np
 import pytest
-
-pytest.importorskip("faiss")
-pytest.importorskip("cv2")
-
-from PIL import Image
-from tiny_encoder import TinyEncoder, encoded, scene, write_classes
+from tiny_encoder import Image, TinyEncoder, encoded, scene, write_classes
 
 from pliant.errors import InputError
 from pliant.images import as_picture
 from pliant.retrieval import ShapeIndex, add_folder, query_index
 from pliant.retrieval.querying import preview_jpeg
+
+pytest.importorskip("faiss")
 
 
 @pytest.fixture

@@ -99,7 +99,7 @@ def create_app(
     pliant.errors.InputError: the index has no model: it takes codes, not pictures
     """
     require("fastapi", "retrieval")
-    require("multipart", "retrieval")
+    require("python_multipart", "retrieval")
     from ._service_routes import application
 
     _ = index.model
