@@ -1,10 +1,11 @@
 """Regularity and variability of cortical folding over a cohort (dissertation, chapter 2)."""
 
-from .cohort import CohortResult, Subject, read_cohort, study_cohort
+from .cohort import CohortResult, study_cohort
 from .comparison import GroupComparison, RankAgreement, compare_groups, false_discovery_rates, rank_agreement
 from .context import ContextSignature
 from .cylinder import ConformalCylinder, conformal_cylinder
 from .landmarks import Landmarks, landmarks_at, parcel_centres, read_landmarks, snapped_landmarks
+from .subjects import Subject, read_cohort, read_map
 from .synthetic import SyntheticCohort, synthetic_cohort
 from .tuning import (
     DeformationResponse,
@@ -40,6 +41,7 @@ __all__ = [
     "rank_agreement",
     "read_cohort",
     "read_landmarks",
+    "read_map",
     "snapped_landmarks",
     "study_cohort",
     "synthetic_cohort",

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 
 from .._arrays import FloatArray
 from ..errors import InputError, MeshError
-from ..geodesic import gch, gch_edges, gfe, nearest
+from ..geodesic import estimate_gfe, gch, gch_edges, gfe, nearest
 from ..geodesic.field import Weights
 from ..geodesic.graph import GraphKind
 from ..mesh import Mesh
@@ -43,6 +43,12 @@ class ContextSignature:
     scale : {"linear", "log"}
         Bins over the field, or over its natural logarithm. Traffic differs between places by orders of magnitude:
         linear bins see mostly how it changes where there is much of it, logarithmic ones see relative changes.
+    percentile : float
+        Common bins end at this percentile of all values, and with a logarithm begin at 100 less it; what lies beyond
+        counts in the outer bins. 99.9 for cumulative deviations, which need room on both sides.
+    samples : int, optional
+        On meshes of more vertices than this, estimate the field from so many sources; see
+        :func:`pliant.estimate_gfe`. The draw is fixed, so the same mesh gives the same bytes.
 
     Examples
     --------
@@ -62,6 +68,8 @@ class ContextSignature:
     graph: GraphKind = "edges"
     smoothing: int = 0
     scale: Literal["linear", "log"] = "linear"
+    percentile: float = 98.0
+    samples: int | None = None
 
     def __post_init__(self) -> None:
         if self.count is not None and self.radius is not None:
@@ -71,6 +79,12 @@ class ContextSignature:
             raise InputError(message)
         if self.scale not in ("linear", "log"):
             message = f'scale must be "linear" or "log", got {self.scale!r}'
+            raise InputError(message)
+        if not 50 < self.percentile <= 100:
+            message = f"percentile must lie in (50, 100], got {self.percentile}"
+            raise InputError(message)
+        if self.samples is not None and self.samples < 32:
+            message = f"samples must be at least 32, got {self.samples}"
             raise InputError(message)
 
     def surface(self, mesh: Mesh) -> Mesh:
@@ -82,7 +96,7 @@ class ContextSignature:
 
         Where no path passes the logarithm is that of a thousandth of the median.
         """
-        values = gfe(self.surface(mesh), weights=self.weights, graph=self.graph, n_jobs=n_jobs)
+        values = self._traffic(self.surface(mesh), n_jobs)
         if self.scale == "linear":
             return values
         floor = _FLOOR * float(np.median(values))
@@ -90,6 +104,14 @@ class ContextSignature:
             raise MeshError("paths pass less than half of the vertices: the field has no useful logarithm")
         logarithms: FloatArray = np.log(np.maximum(values, floor))
         return logarithms
+
+    def _traffic(self, mesh: Mesh, n_jobs: int | None) -> FloatArray:
+        if self.samples is None or mesh.n_vertices <= self.samples:
+            return gfe(mesh, weights=self.weights, graph=self.graph, n_jobs=n_jobs)
+        estimate = estimate_gfe(
+            mesh, self.samples, weights=self.weights, graph=self.graph, rng=0, n_jobs=n_jobs
+        )
+        return estimate.values
 
     def histograms(
         self, mesh: Mesh, field: ArrayLike, vertices: ArrayLike | None = None, *, n_jobs: int | None = None
@@ -105,8 +127,9 @@ class ContextSignature:
         )
         return gch(field, near, bins=self.bins, edges=self.edges)
 
-    def with_edges_of(self, *fields: ArrayLike, percentile: float = 98.0) -> ContextSignature:
+    def with_edges_of(self, *fields: ArrayLike) -> ContextSignature:
         """Return the same settings with bin edges that suit all the given fields together."""
+        percentile = self.percentile
         edges = gch_edges(*fields, bins=self.bins, percentile=percentile)
         if self.scale == "log":
             # A logarithm has a tail on both sides.

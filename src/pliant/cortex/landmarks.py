@@ -199,7 +199,8 @@ def read_landmarks(path: str | Path, mesh: Mesh) -> Landmarks:
     ----------
     path : str or path-like
         A ``.csv`` with a header and the columns ``vertex``, or ``x``, ``y`` and ``z``, and optionally ``name``; or a
-        FreeSurfer annotation, ``.annot`` or ``.annot.gz``, whose parcels' centres are taken.
+        parcellation, whose parcels' centres are taken: FreeSurfer's ``.annot`` or ``.annot.gz``, or GIFTI's
+        ``.label.gii``.
     mesh : Mesh
         The surface they lie on.
 
@@ -227,8 +228,11 @@ def read_landmarks(path: str | Path, mesh: Mesh) -> Landmarks:
     if path.name.endswith((".annot", ".annot.gz")):
         labels, names = _annotation(path)
         return parcel_centres(mesh, labels, names=names)
+    if path.suffix.lower() == ".gii":
+        labels, names = _gifti_labels(path)
+        return parcel_centres(mesh, labels, names=names)
     if path.suffix.lower() != ".csv":
-        message = f"{path}: landmarks are read from .csv, .annot and .annot.gz"
+        message = f"{path}: landmarks are read from .csv, .annot, .annot.gz and .label.gii"
         raise FileFormatError(message)
     with path.open(newline="", encoding="utf-8-sig") as lines:
         rows = list(csv.DictReader(lines))
@@ -285,3 +289,23 @@ def _annotation(path: Path) -> tuple[IntArray, dict[int, str]]:
         message = f"{path}: not an annotation: {error}"
         raise FileFormatError(message) from error
     return as_indices(labels, "labels"), {i: name.decode("utf-8", "replace") for i, name in enumerate(names)}
+
+
+def _gifti_labels(path: Path) -> tuple[IntArray, dict[int, str]]:
+    import nibabel
+
+    try:
+        image = nibabel.gifti.GiftiImage.from_bytes(path.read_bytes())
+        arrays = [array.data for array in image.darrays]
+        names = {int(key): str(name) for key, name in image.labeltable.get_labels_as_dict().items()}
+    except OSError:
+        raise
+    except Exception as error:  # the reader's own, XML's, base64's and zlib's
+        message = f"{path}: not a GIFTI parcellation: {type(error).__name__}: {error}"
+        raise FileFormatError(message) from error
+    if not arrays or not np.issubdtype(arrays[0].dtype, np.integer) or not names:
+        message = f"{path}: holds no parcellation: a label file has a table of names and whole numbers"
+        raise FileFormatError(message)
+    labels = np.ravel(arrays[0]).astype(np.int64)
+    # A label without a name is none: GIFTI writes them as 0 or -1, and has no rule.
+    return np.where(np.isin(labels, list(names)), labels, -1), names

@@ -1,0 +1,187 @@
+"""One subject's measurement: its settings, its file, and who carries it out."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import multiprocessing
+import os
+import threading
+import time
+import zipfile
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import ProcessPoolExecutor, as_completed
+from dataclasses import asdict, dataclass
+from functools import partial
+from pathlib import Path
+from typing import TypeAlias
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from .. import __version__
+from .._arrays import FloatArray, vertex_values
+from .._progress import progress_bar
+from ..cluster import Scheduler, map_ordered
+from ..errors import InputError, PliantError
+from ..geodesic import nearest
+from ..mesh import Mesh, load_arrays, load_mesh, save_arrays
+from .context import ContextSignature
+from .landmarks import read_landmarks
+from .subjects import Subject, read_map
+
+__all__ = ["FieldOf", "Task", "measured", "stored"]
+
+# A function of a mesh, or the name of a map that the subjects have.
+FieldOf: TypeAlias = Callable[[Mesh], ArrayLike] | str
+
+# Raised when what a subject's file holds changes, so that older ones are made anew.
+_FORMAT = 2
+# Settings that come in later, over the whole cohort.
+_LATER = ("edges", "bins", "percentile")
+
+
+@dataclass(frozen=True)
+class Task:
+    """All that decides a subject's result."""
+
+    subject: Subject
+    landmarks: Path | None
+    signature: ContextSignature
+    measure: FieldOf | None
+    folder: Path
+
+    @property
+    def path(self) -> Path:
+        return self.folder / f"{self.subject.name}.npz"
+
+    @property
+    def map(self) -> Path | None:
+        """File of the subject's own map, where one is asked for."""
+        if not isinstance(self.measure, str):
+            return None
+        if self.measure not in self.subject.maps:
+            able = ", ".join(self.subject.maps) or "none"
+            message = f"the subject has no map {self.measure!r}; it has {able}"
+            raise InputError(message)
+        return self.subject.maps[self.measure]
+
+    def key(self) -> str:
+        """Hash of the input files' contents and of the settings."""
+        digest = hashlib.sha256()
+        for path in (self.subject.mesh, self.landmarks, self.map):
+            content = path.read_bytes() if path is not None else b""
+            # The name's ending decides how the content is read.
+            digest.update(f"{len(content)} {path.suffix if path else ''}\n".encode())
+            digest.update(content)
+        made_by = {"measure": _name_of(self.measure), "format": _FORMAT, "version": __version__}
+        settings = {k: v for k, v in asdict(self.signature).items() if k not in _LATER} | made_by
+        digest.update(json.dumps(settings, sort_keys=True).encode())
+        return digest.hexdigest()
+
+
+def measured(
+    tasks: Sequence[Task], n_jobs: int, scheduler: Scheduler | None = None, *, progress: bool = False
+) -> list[str]:
+    """Measure what is not done yet; the error of each task, empty where there is none."""
+    if scheduler is not None:
+        return list(
+            map_ordered(_measure, tasks, scheduler=scheduler, description="subjects", progress=progress)
+        )
+    errors = [""] * len(tasks)
+    with progress_bar("subjects", len(tasks), show=progress) as advance:
+        for i, error in _outcomes(tasks, min(n_jobs, len(tasks))):
+            errors[i] = error
+            advance()
+    return errors
+
+
+def stored(path: Path, key: str | None = None) -> dict[str, np.ndarray] | None:
+    """Return what a subject's file holds, or None where it is missing, damaged, or made from something else."""
+    try:
+        arrays = load_arrays(path)
+        fits = key is None or str(arrays["key"]) == key
+    except (OSError, KeyError, InputError, zipfile.BadZipFile):
+        return None
+    return arrays if fits else None
+
+
+def _outcomes(tasks: Sequence[Task], n_jobs: int) -> Iterator[tuple[int, str]]:
+    if n_jobs == 1:
+        yield from ((i, _measure(task)) for i, task in enumerate(tasks))
+        return
+    # A fresh interpreter: a forked one may not use the threads of compiled code.
+    context = multiprocessing.get_context("spawn")
+    with ProcessPoolExecutor(
+        n_jobs, mp_context=context, initializer=_end_with_parent, initargs=(os.getpid(),)
+    ) as pool:
+        waiting = {pool.submit(_measure, task): i for i, task in enumerate(tasks)}
+        for done in as_completed(waiting):
+            problem = done.exception()
+            yield waiting[done], _explained(problem) if problem else done.result()
+
+
+def _end_with_parent(parent: int) -> None:
+    """Let a worker end when the process that started it is killed, rather than wait for work for ever."""
+
+    def watch() -> None:
+        while os.getppid() == parent:
+            time.sleep(0.5)
+        os._exit(1)
+
+    threading.Thread(target=watch, daemon=True).start()
+
+
+def _measure(task: Task) -> str:
+    try:
+        key = task.key()
+        if stored(task.path, key) is None:
+            save_arrays(task.path, {"key": key, **_arrays(task)})
+    except Exception as error:  # one bad subject, whatever ails it, must not end the others
+        return _explained(error)
+    return ""
+
+
+def _explained(error: BaseException) -> str:
+    text = " ".join(str(error).split())
+    return text if isinstance(error, (PliantError, OSError)) and text else f"{type(error).__name__}: {text}"
+
+
+def _arrays(task: Task) -> dict[str, ArrayLike]:
+    mesh = load_mesh(task.subject.mesh)
+    if task.landmarks is None:
+        raise InputError("the subject has no landmarks: give the cohort's, or a column landmarks")
+    sites = read_landmarks(task.landmarks, mesh)
+    setting = task.signature
+    field = _field(task, mesh)
+    near = nearest(
+        setting.surface(mesh),
+        sites.vertices,
+        count=setting.count,
+        radius=setting.radius,
+        graph=setting.graph,
+        n_jobs=1,
+    )
+    return {
+        "field": field, "names": np.array(sites.names), "vertices": sites.vertices,
+        "distances": sites.distances, "offsets": near.offsets, "members": near.vertices,
+    }  # fmt: skip
+
+
+def _field(task: Task, mesh: Mesh) -> FloatArray:
+    measure = task.measure
+    if measure is None:
+        return task.signature.field(mesh, n_jobs=1)
+    if isinstance(measure, str):
+        return read_map(task.map or measure, mesh.n_vertices)
+    return vertex_values(measure(mesh), mesh.n_vertices, _name_of(measure))
+
+
+def _name_of(measure: FieldOf | None) -> str:
+    if measure is None:
+        return "gfe"
+    if isinstance(measure, str):
+        return f"map {measure}"
+    if isinstance(measure, partial):
+        return f"{_name_of(measure.func)} {measure.args} {sorted(measure.keywords.items())}"
+    return f"{measure.__module__}.{getattr(measure, '__qualname__', type(measure).__qualname__)}"
