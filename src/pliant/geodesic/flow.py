@@ -19,7 +19,7 @@ from .._arrays import FloatArray, IntArray
 from .._kernels import inlined_kernel, summing_kernel
 from .counting import climb_counting, descend_counting
 from .customise import UNREACHED, CountedArcs
-from .elimination import Elimination
+from .elimination import Elimination, Int32Array
 from .sweeps import LANES, ancestors_of, forget
 
 # Path counts beyond this are damped: their products with weights must stay within float64.
@@ -66,6 +66,14 @@ class Sweep:
     def __init__(self, skeleton: Elimination, arcs: CountedArcs) -> None:
         self.parent, self.arcs = skeleton.parent, arcs
         self._idle: SimpleQueue[Workspace] = SimpleQueue()
+
+    def __getstate__(self) -> tuple[Int32Array, CountedArcs]:
+        return self.parent, self.arcs
+
+    def __setstate__(self, state: tuple[Int32Array, CountedArcs]) -> None:
+        """Come to another process without workspaces."""
+        self.parent, self.arcs = state
+        self._idle = SimpleQueue()
 
     @contextmanager
     def workspace(self) -> Iterator[Workspace]:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
 import os
 from collections.abc import Iterator, Sequence
 from functools import cached_property
@@ -13,20 +12,20 @@ from numpy.typing import ArrayLike
 
 from .._arrays import FloatArray, IntArray, frozen, vertex_indices
 from .._parallel import ordered_map
+from ..cluster import Scheduler
 from ..errors import FileFormatError, InputError, NumericalError
 from ..mesh import Mesh, load_arrays, save_arrays
+from .cuda import Device, cuda_distances, on_cuda
 from .customise import UNREACHED, Arcs, CountedArcs, counted_arcs, fixed_point_lengths, metric_arcs, unpack
 from .elimination import Int32Array, eliminate
-from .flow import FlowJob, passing_flow
+from .engines import Engine, engine
+from .flow import passing_flow
 from .graph import EdgeGraph, GraphKind, as_graph, as_weights, component_labels
 from .plain import plain_edge_flow
-from .sampled import SampledFlowJob
 from .sweeps import LANES, DistanceSweep, batches, checked_limit
 
 FORMAT = "pliant-geodesic-hierarchy-1"
 SMALLEST_SWEPT = 128  # smaller graphs are solved plainly: compiling the sweeps would take longer
-# Flows are summed in this many fixed parts, so that the result does not depend on the number of threads.
-PARTS = 32
 # Bits of damping tried in turn, over the longest path, when numbers of shortest paths leave float64.
 DAMPING_BITS = (0.0, 600.0, 1200.0, 1700.0)
 TOO_MANY_PATHS = (
@@ -108,6 +107,7 @@ class GeodesicHierarchy:
         max_distance: float | None = None,
         n_jobs: int | None = None,
         progress: bool = False,
+        device: Device = "cpu",
     ) -> FloatArray:
         """Shortest-path distances from each source to every vertex.
 
@@ -121,6 +121,8 @@ class GeodesicHierarchy:
             Threads; all processors by default.
         progress : bool
             Show a bar on a terminal.
+        device : {"cpu", "cuda"}
+            Where to sweep; the result is the same to the last bit. See docs/scaling.md.
 
         Returns
         -------
@@ -131,6 +133,8 @@ class GeodesicHierarchy:
         ------
         InputError
             If a source is not a vertex, or ``max_distance`` is negative or NaN.
+        UnavailableError
+            If there is no such device.
         MemoryError
             If the result does not fit in memory; see :meth:`blocks`.
 
@@ -140,6 +144,7 @@ class GeodesicHierarchy:
         """
         wanted = vertex_indices(sources, self.n_vertices, "sources")
         limit = checked_limit(max_distance)
+        cuda = on_cuda(device)
         result = np.empty((len(wanted), self.n_vertices))
         ranks = self._skeleton.rank[wanted]
         by_rank = np.argsort(ranks, kind="stable")
@@ -147,6 +152,10 @@ class GeodesicHierarchy:
             found = np.atleast_2d(sp.csgraph.dijkstra(self.graph.matrix(), directed=False, indices=wanted))
             found[found > limit] = np.inf
             return found.reshape(len(wanted), self.n_vertices)
+        if cuda:
+            ranks = ranks[by_rank]
+            cuda_distances(self._skeleton, self._metric, ranks, by_rank, result, limit, progress=progress)
+            return result
         sweep = DistanceSweep(self._skeleton, self._metric)
 
         def solve(places: IntArray) -> None:
@@ -199,6 +208,8 @@ class GeodesicHierarchy:
         sources: ArrayLike | None = None,
         n_jobs: int | None = None,
         progress: bool = False,
+        device: Device = "cpu",
+        scheduler: Scheduler | None = None,
     ) -> FloatArray:
         """Weighted betweenness centrality: how much shortest-path traffic passes each vertex.
 
@@ -216,6 +227,10 @@ class GeodesicHierarchy:
             Threads; all processors by default. The result does not depend on it, to the last bit.
         progress : bool
             Show a bar on a terminal.
+        device : {"cpu", "cuda"}
+            Where to sweep. CUDA sums in another order: the same to rounding, and the same bytes on every run.
+        scheduler : str or distributed.Client, optional
+            Of a Dask cluster whose workers sweep instead of threads; the same bytes. See docs/scaling.md.
 
         Returns
         -------
@@ -227,6 +242,8 @@ class GeodesicHierarchy:
             If an edge has zero length: path counts are then not defined.
         NumericalError
             If there are more shortest paths between two vertices than can be represented.
+        UnavailableError
+            If there is no such device or cluster.
 
         Notes
         -----
@@ -240,7 +257,8 @@ class GeodesicHierarchy:
         forth = as_weights(source_weights, self.n_vertices, "source_weights")
         back = as_weights(target_weights, self.n_vertices, "target_weights")
         chosen = None if sources is None else vertex_indices(sources, self.n_vertices, "sources")
-        return self._passing(self._flow(chosen, forth, back, n_jobs, progress), forth, back, chosen)
+        carrier = engine(device, scheduler, n_jobs, progress=progress)
+        return self._passing(self._flow(chosen, forth, back, carrier), forth, back, chosen)
 
     def edge_flow(
         self,
@@ -250,6 +268,8 @@ class GeodesicHierarchy:
         sources: ArrayLike | None = None,
         n_jobs: int | None = None,
         progress: bool = False,
+        device: Device = "cpu",
+        scheduler: Scheduler | None = None,
     ) -> FloatArray:
         """Weighted betweenness of the edges of :attr:`graph`, (e,); arguments as in :meth:`betweenness`.
 
@@ -258,7 +278,7 @@ class GeodesicHierarchy:
         forth = as_weights(source_weights, self.n_vertices, "source_weights")
         back = as_weights(target_weights, self.n_vertices, "target_weights")
         chosen = None if sources is None else vertex_indices(sources, self.n_vertices, "sources")
-        return self._flow(chosen, forth, back, n_jobs, progress)
+        return self._flow(chosen, forth, back, engine(device, scheduler, n_jobs, progress=progress))
 
     def sampled_betweenness(
         self,
@@ -268,6 +288,8 @@ class GeodesicHierarchy:
         *,
         n_jobs: int | None = None,
         progress: bool = False,
+        device: Device = "cpu",
+        scheduler: Scheduler | None = None,
     ) -> FloatArray:
         """Estimate betweenness from groups of sources, one estimate a group, each with little variance.
 
@@ -280,7 +302,7 @@ class GeodesicHierarchy:
             The sources of each group.
         weights, stands_for : (n,) array_like of float, optional
             Of a vertex as source and as target, and how many a source stands for; 1 by default.
-        n_jobs, progress
+        n_jobs, progress, device, scheduler
             As in :meth:`betweenness`.
 
         Returns
@@ -289,11 +311,10 @@ class GeodesicHierarchy:
         """
         mass = as_weights(weights, self.n_vertices, "weights")[self.order]
         share = as_weights(stands_for, self.n_vertices, "stands_for")[self.order]
-        ranks = [self._skeleton.rank[vertex_indices(g, self.n_vertices, "sources")] for g in groups]
-        lanes = [batches(np.sort(group)) for group in ranks]
+        carrier = engine(device, scheduler, n_jobs, progress=progress)
+        ranks = [np.sort(self._skeleton.rank[vertex_indices(g, self.n_vertices, "sources")]) for g in groups]
         for arcs in self._arcs_by_damping():
-            job = SampledFlowJob(self._skeleton, arcs, mass, share)
-            found = list(ordered_map(job, lanes, n_jobs, description="shortest paths", progress=progress))
+            found = carrier.sampled(self._skeleton, arcs, mass, share, ranks)
             if all(part is not None for part in found):
                 return np.stack([part for part in found if part is not None])[:, self._skeleton.rank]
         raise NumericalError(TOO_MANY_PATHS)
@@ -303,15 +324,18 @@ class GeodesicHierarchy:
         sources: IntArray | None,
         forth: FloatArray,
         back: FloatArray,
-        n_jobs: int | None,
-        progress: bool,
+        carrier: Engine,
     ) -> FloatArray:
         """Edge flow from some sources; None stands for every vertex."""
         if self.n_vertices < SMALLEST_SWEPT:
             chosen = np.arange(self.n_vertices) if sources is None else sources
             return plain_edge_flow(self.graph, self._fixed_lengths, forth, back, chosen)
+        order = self._skeleton.order
+        ranks = np.arange(self.n_vertices) if sources is None else np.sort(self._skeleton.rank[sources])
         for arcs in self._arcs_by_damping():
-            flow = self._arc_flow(arcs, forth, back, sources, n_jobs, progress)
+            flow = carrier.arc_flow(
+                self._skeleton, arcs, forth[order], back[order], ranks, both_ways=sources is None
+            )
             if flow is not None:
                 return self._unpacked(arcs, flow)
         raise NumericalError(TOO_MANY_PATHS)
@@ -326,30 +350,6 @@ class GeodesicHierarchy:
     def _damped(self, bits: float) -> CountedArcs:
         longest = float(UNREACHED)
         return counted_arcs(self._skeleton, self.graph, self._fixed_lengths, bits / longest)
-
-    def _arc_flow(
-        self,
-        arcs: CountedArcs,
-        forth: FloatArray,
-        back: FloatArray,
-        sources: IntArray | None,
-        n_jobs: int | None,
-        progress: bool,
-    ) -> FloatArray | None:
-        """Flow on every arc, before unpacking; None where path counts overflowed."""
-        order = self._skeleton.order
-        job = FlowJob(self._skeleton, arcs, forth[order], back[order], both_ways=sources is None)
-        ranks = np.arange(self.n_vertices) if sources is None else np.sort(self._skeleton.rank[sources])
-        lanes = batches(ranks)
-        # Runs of neighbouring sources, whose shortest paths are alike; the longest sweeps come first.
-        cuts = np.linspace(0, len(lanes), min(PARTS, len(lanes)) + 1).astype(int)
-        parts = [lanes[a:b] for a, b in itertools.pairwise(cuts)]
-        total = np.zeros(len(arcs.heads))
-        for part in ordered_map(job, parts, n_jobs, description="shortest paths", progress=progress):
-            if part is None:
-                return None
-            total += part
-        return total
 
     def _unpacked(self, arcs: CountedArcs, total: FloatArray) -> FloatArray:
         """Hand arc flow down to the graph's edges; halve it, as each pair has two directions."""

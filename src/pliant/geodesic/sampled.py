@@ -62,10 +62,15 @@ class SampledFlowJob:
                     w.tight_climb, w.tight_climb_to, sums,
                 )  # fmt: skip
                 self.sweep.finish(w)
-        tails = np.repeat(np.arange(len(arcs.rows) - 1), np.diff(arcs.rows)).astype(np.int32)
-        _unpack(sums, arcs.counts, arcs.lengths, arcs.whole, arcs.first, arcs.second)
-        passing = _at_vertices(sums, arcs, tails)
-        return np.asarray(0.25 * (passing - ending))
+        return traffic(arcs, sums, ending)
+
+
+def traffic(arcs: CountedArcs, sums: FloatArray, ending: FloatArray) -> FloatArray:
+    """Half the traffic through each rank, from what the arcs carry (in place) and what ends at each."""
+    tails = np.repeat(np.arange(len(arcs.rows) - 1), np.diff(arcs.rows)).astype(np.int32)
+    _unpack(sums, arcs.counts, arcs.lengths, arcs.whole, arcs.first, arcs.second)
+    passing = _at_vertices(sums, arcs, tails)
+    return np.asarray(0.25 * (passing - ending))
 
 
 @kernel
