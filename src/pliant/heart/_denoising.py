@@ -160,7 +160,7 @@ def vertex_diffusion(
         change = np.column_stack([np.bincount(i, pull[:, axis], mesh.n_vertices) for axis in range(3)])
         change[fixed] = 0
         points = points + step * change
-    moved = mesh.with_vertices(points + centre)
+    moved = mesh.with_vertices(mesh.vertices + (points - (mesh.vertices - centre)))
     return with_volume_of(mesh, moved) if keep_volume and rounds else moved
 
 

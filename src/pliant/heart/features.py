@@ -20,14 +20,22 @@ from .segments import VentricleFrame
 
 __all__ = ["FEATURE_BLOCKS", "FEATURE_NAMES", "SegmentFeatures", "endocardial_features"]
 
-#: Columns of each kind of number.
-FEATURE_BLOCKS: dict[str, slice] = {
-    "shape index": slice(0, 1),
-    "curvedness": slice(1, 2),
-    "orientation": slice(2, 3),
-    "context": slice(3, 13),
-    "spectrum": slice(13, 23),
-}
+_BINS, _WAVES = 10, 10
+
+
+def feature_blocks(bins: int = _BINS, waves: int = _WAVES) -> dict[str, slice]:
+    """Return the columns of each kind of number."""
+    return {
+        "shape index": slice(0, 1),
+        "curvedness": slice(1, 2),
+        "orientation": slice(2, 3),
+        "context": slice(3, 3 + bins),
+        "spectrum": slice(3 + bins, 3 + bins + waves),
+    }
+
+
+#: Columns of each kind of number, of the 23.
+FEATURE_BLOCKS: dict[str, slice] = feature_blocks()
 #: Name of each of the 23 columns.
 FEATURE_NAMES: tuple[str, ...] = (
     "shape index",
@@ -36,8 +44,7 @@ FEATURE_NAMES: tuple[str, ...] = (
     *(f"context {i}" for i in range(1, 11)),
     *(f"spectrum {i}" for i in range(1, 11)),
 )
-_WAVELENGTHS = tuple(float(w) for w in np.geomspace(30.0, 6.0, 10))
-_BINS = 10
+_WAVELENGTHS = tuple(float(w) for w in np.geomspace(30.0, 6.0, _WAVES))
 # A segment with fewer connected vertices carries no spectrum.
 _FEWEST = 30
 
@@ -49,7 +56,8 @@ class SegmentFeatures:
     Parameters
     ----------
     values : (m, 23) array of float
-        A row a sampled point, columns :data:`FEATURE_NAMES`; NaN where the surface is flat (shape index) or the
+        A row a sampled point, columns :data:`FEATURE_NAMES` (more or fewer where other bins or wavelengths were asked
+        for, see :attr:`blocks`); NaN where the surface is flat (shape index) or the
         curvature is missing.
     segments : (m,) array of int
         Segment of each point, 1 to 17, ascending.
@@ -76,12 +84,20 @@ class SegmentFeatures:
     def __post_init__(self) -> None:
         for name in ("values", "segments", "vertices", "roughness", "areas"):
             object.__setattr__(self, name, frozen(getattr(self, name)))
-        if self.values.shape != (len(self.segments), len(FEATURE_NAMES)):
-            message = f"values must have shape ({len(self.segments)}, 23), got {self.values.shape}"
+        if self.values.ndim != 2 or len(self.values) != len(self.segments):
+            message = (
+                f"values must have a row for each of {len(self.segments)} points, got {self.values.shape}"
+            )
             raise InputError(message)
 
     def __repr__(self) -> str:
         return f"SegmentFeatures({len(self.values)} points in {len(np.unique(self.segments))} segments)"
+
+    @property
+    def blocks(self) -> dict[str, slice]:
+        """Columns of each kind of number."""
+        bins = int(self.settings.get("bins", _BINS))
+        return feature_blocks(bins, self.values.shape[1] - 3 - bins)
 
     @property
     def n_missing(self) -> int:
@@ -116,6 +132,7 @@ def endocardial_features(
     *,
     points: int = 500,
     radius: float = 3.0,
+    bins: int = _BINS,
     wavelengths: Sequence[float] = _WAVELENGTHS,
     rng: np.random.Generator | int | None = None,
     n_jobs: int | None = None,
@@ -134,8 +151,10 @@ def endocardial_features(
         Points a segment, drawn by area: vertices without repetition while there are enough.
     radius : float
         Scale of the curvatures, in mm.
-    wavelengths : (10,) sequence of float
-        Scales of the wave kernel signature, in mm, longest first.
+    bins : int
+        Of the geodesic context: f1 of Table 5.3.
+    wavelengths : sequence of float
+        Scales of the wave kernel signature, in mm, longest first; their number is f2 of Table 5.3.
     rng : numpy.random.Generator or int, optional
         Seed of the points.
     n_jobs : int, optional
@@ -177,7 +196,7 @@ def endocardial_features(
     SegmentFeatures(680 points in 17 segments)
     """
     segment_of = _checked_labels(labels, mesh.n_vertices)
-    waves = _checked_options(points, radius, wavelengths)
+    waves = _checked_options(points, radius, bins, wavelengths)
     generator = np.random.default_rng(rng)
     seeds = generator.integers(2**63, size=17)
     bend = principal_curvatures(mesh, radius=radius, n_jobs=n_jobs)
@@ -185,7 +204,7 @@ def endocardial_features(
 
     def measure(segment: int) -> tuple[IntArray, FloatArray]:
         rng_of_segment = np.random.default_rng(seeds[segment - 1])
-        chosen, rest = _segment(mesh, segment_of == segment, segment, points, waves, rng_of_segment)
+        chosen, rest = _segment(mesh, segment_of == segment, segment, points, (bins, waves), rng_of_segment)
         return chosen, np.column_stack([local[chosen], rest])
 
     parts = list(ordered_map(measure, range(1, 18), n_jobs))
@@ -201,7 +220,7 @@ def endocardial_features(
             "points": points,
             "radius": radius,
             "wavelengths": [round(float(w), 3) for w in waves],
-            "bins": _BINS,
+            "bins": bins,
         },
     )
 
@@ -224,12 +243,12 @@ def _checked_labels(labels: ArrayLike, n: int) -> IntArray:
     return found
 
 
-def _checked_options(points: int, radius: float, wavelengths: Sequence[float]) -> FloatArray:
+def _checked_options(points: int, radius: float, bins: int, wavelengths: Sequence[float]) -> FloatArray:
     waves = as_floats(wavelengths, "wavelengths")
-    if waves.shape != (10,) or not ((np.diff(waves) < 0).all() and waves[-1] > 0):
-        raise InputError("wavelengths must be ten positive lengths in mm, longest first")
-    if points < 10 or not radius > 0:
-        message = f"points must be at least 10 and radius positive, got {points} and {radius}"
+    if waves.ndim != 1 or len(waves) < 2 or not ((np.diff(waves) < 0).all() and waves[-1] > 0):
+        raise InputError("wavelengths must be two or more positive lengths in mm, longest first")
+    if points < 10 or not radius > 0 or bins < 2:
+        message = f"points must be at least 10, radius positive and bins 2 or more, got {points}, {radius} and {bins}"
         raise InputError(message)
     return waves
 
@@ -251,15 +270,20 @@ def _roughness(mesh: Mesh, labels: IntArray, curvedness: FloatArray) -> tuple[Fl
 
 
 def _segment(
-    mesh: Mesh, inside: BoolArray, segment: int, points: int, waves: FloatArray, rng: np.random.Generator
+    mesh: Mesh,
+    inside: BoolArray,
+    segment: int,
+    points: int,
+    scales: tuple[int, FloatArray],
+    rng: np.random.Generator,
 ) -> tuple[IntArray, FloatArray]:
-    """Draw vertices of one segment; return them with their context and spectrum, (k, 20)."""
+    """Draw vertices of one segment; return them with their context and spectrum, (k, bins + waves)."""
     patch, members = _patch(mesh, inside, segment)
     weights = patch.vertex_areas / patch.area
     enough = int((weights > 0).sum()) >= points
     chosen = np.sort(rng.choice(len(members), points, replace=not enough, p=weights))
-    context = geodesic_context(patch, chosen, bins=_BINS, n_jobs=1)[chosen]
-    return members[chosen], np.column_stack([context, _waves(patch, waves, segment)[chosen]])
+    context = geodesic_context(patch, chosen, bins=scales[0], n_jobs=1)[chosen]
+    return members[chosen], np.column_stack([context, _waves(patch, scales[1], segment)[chosen]])
 
 
 def _patch(mesh: Mesh, inside: BoolArray, segment: int) -> tuple[Mesh, IntArray]:
@@ -283,7 +307,7 @@ def _patch(mesh: Mesh, inside: BoolArray, segment: int) -> tuple[Mesh, IntArray]
 
 
 def _waves(patch: Mesh, waves: FloatArray, segment: int) -> FloatArray:
-    """(n, 10) wave kernel signature at wavelengths in mm, times area: near 1 where a wave is as likely as elsewhere."""
+    """(n, waves) wave kernel signature at wavelengths in mm, times area: 1 is the mean over the segment."""
     energies = 2 * np.log(2 * np.pi / waves)
     width = float(np.abs(np.diff(energies)).mean())
     # Weyl: so many eigenvalues lie below the last band's far side.
