@@ -381,7 +381,7 @@ def test_no_request_makes_it_fail(client, method, path, word, request, host):
         assert set(answer.json()) == {"error"}
 
 
-@settings(max_examples=60)
+@settings(max_examples=40)
 @given(
     fields=st.fixed_dictionaries({}, optional={"count": WORDS, "label": WORDS, "item": WORDS}), data=BODIES
 )

@@ -19,7 +19,7 @@ from ..errors import PliantError
 from ..images import PairMatch, Picture, decode_picture, match_pair
 from ._service_guard import HEADERS, Guard
 from ._service_models import About, ItemReply, LabelCount, MatchReply, Problem, QueryReply, SharedReply
-from ._service_work import TooBusyError, Workers
+from ._service_work import ClientGoneError, TooBusyError, Workers
 from .index import ShapeIndex
 from .querying import preview_jpeg, query_index
 from .service import ServiceLimits
@@ -169,6 +169,7 @@ def _add_queries(app: FastAPI, index: ShapeIndex, workers: Workers, limits: Serv
 
     @app.post("/api/query", responses=_UPLOAD_REFUSALS, summary="The pictures most like one that is sent")
     async def query(
+        request: Request,
         image: Upload,
         count: Annotated[int, Form(ge=1, le=limits.matches, description="Matches wanted.")] = 12,
         label: Annotated[str | None, Form(max_length=1000, description="Only among this class.")] = None,
@@ -177,7 +178,7 @@ def _add_queries(app: FastAPI, index: ShapeIndex, workers: Workers, limits: Serv
             index.refresh()
         if not len(index):
             raise HTTPException(409, "the index is empty: add pictures with 'pliant retrieval add'")
-        return await workers.run(nearest, image.file, count, label)
+        return await workers.run(request.is_disconnected, nearest, image.file, count, label)
 
     @app.post(
         "/api/shared",
@@ -185,9 +186,11 @@ def _add_queries(app: FastAPI, index: ShapeIndex, workers: Workers, limits: Serv
         summary="What a picture that is sent and one of the index share",
     )
     async def shared_features(
-        image: Upload, item: Annotated[int, Form(ge=1, le=_GREATEST_ID, description="Id of the other.")]
+        request: Request,
+        image: Upload,
+        item: Annotated[int, Form(ge=1, le=_GREATEST_ID, description="Id of the other.")],
     ) -> SharedReply:
-        return await workers.run(shared, image.file, item)
+        return await workers.run(request.is_disconnected, shared, image.file, item)
 
 
 def _as_shares(match: PairMatch, query: Picture, other: Picture) -> SharedReply:
@@ -225,6 +228,10 @@ def _explain_errors(app: FastAPI) -> None:
     @app.exception_handler(TooBusyError)
     async def busy(_: Request, __: TooBusyError) -> JSONResponse:
         return JSONResponse({"error": "too many requests wait; try again soon"}, 429, {"Retry-After": "2"})
+
+    @app.exception_handler(ClientGoneError)
+    async def unheard(_: Request, __: ClientGoneError) -> JSONResponse:
+        return JSONResponse({"error": "the client went away"}, 408)
 
     @app.exception_handler(Exception)
     async def failed(_: Request, __: Exception) -> JSONResponse:

@@ -3,17 +3,23 @@
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Callable
+from collections.abc import Awaitable, Callable
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import suppress
 from typing import ParamSpec, TypeVar
 
 P = ParamSpec("P")
 R = TypeVar("R")
+# Seconds between looks at whether the client is still there.
+_LOOK_AFTER_CLIENT = 0.25
 
 
 class TooBusyError(Exception):
     """More requests wait than may."""
+
+
+class ClientGoneError(Exception):
+    """Nobody waits for the answer any more."""
 
 
 class Workers:
@@ -31,8 +37,17 @@ class Workers:
         self._pool = ThreadPoolExecutor(count, "pliant-search")
         self._room = count + waiting
 
-    async def run(self, work: Callable[P, R], *args: P.args, **kwargs: P.kwargs) -> R:
-        """Do one piece of work in its turn; raise :class:`TooBusyError` at once where too many wait."""
+    async def run(
+        self, gone: Callable[[], Awaitable[bool]], work: Callable[P, R], *args: P.args, **kwargs: P.kwargs
+    ) -> R:
+        """Do one piece of work in its turn; drop it if the client is gone before that.
+
+        Raises
+        ------
+        TooBusyError
+            At once, where too many wait.
+        ClientGoneError
+        """
         if not self._room:
             raise TooBusyError
         self._room -= 1
@@ -44,7 +59,11 @@ class Workers:
         # The room is free when the work is done, not when a client that left stops waiting for it.
         loop = asyncio.get_running_loop()
         future.add_done_callback(lambda _: _soon(loop, self._leave))
-        return await asyncio.wrap_future(future)
+        answer = asyncio.wrap_future(future)
+        while not (await asyncio.wait([answer], timeout=_LOOK_AFTER_CLIENT))[0]:
+            if not future.running() and await gone() and future.cancel():
+                raise ClientGoneError
+        return answer.result()
 
     def close(self) -> None:
         """Finish what runs, and drop what waits."""

@@ -10,10 +10,10 @@
     const token = sessionStorage.getItem("pliant-token");
     return token ? { Authorization: `Bearer ${token}` } : {};
   };
-  const ask = async (path, body) => {
+  const ask = async (path, body, signal) => {
     let answer;
     try {
-      answer = await fetch(path, body ? { method: "POST", body, headers: credentials() } : { headers: credentials() });
+      answer = await fetch(path, { method: body ? "POST" : "GET", body, signal, headers: credentials() });
     } catch {
       throw new Error("The service does not answer. Is it still running?");
     }
@@ -49,7 +49,8 @@
     if (text !== undefined) made.textContent = text;
     return made;
   };
-  const title = (item) => item.label || item.name.split("/").pop() || `Picture ${item.id}`;
+  const spoken = (label) => label.replaceAll("_", " ");
+  const title = (item) => spoken(item.label) || item.name.split("/").pop() || `Picture ${item.id}`;
 
   const card = (item, rank, bits) => {
     const button = element("button", "match appear");
@@ -138,7 +139,7 @@
     by("query-facts").textContent = [`${reply.width} × ${reply.height} pixels`, ...notes].join("; ");
     const agree = reply.matches.filter(({ label }) => label === reply.label).length;
     by("headline").textContent = !reply.matches.length ? "No matches" : reply.label && !by("label").value
-      ? `Most likely: ${reply.label}` : "Nearest pictures";
+      ? `Most likely: ${spoken(reply.label)}` : "Nearest pictures";
     const votes = reply.label && !by("label").value ? `${agree} of ${plural(reply.matches.length, "match").replace("matchs", "matches")} agree; ` : "";
     by("told").textContent = `${votes}found in ${Math.max(1, Math.round(1000 * reply.seconds))} ms`;
     fill(reply.matches, reply.bits);
@@ -167,20 +168,25 @@
     if (next >= 0 && next < state.reply.matches.length) open(next);
   };
   let pairs = [];
+  let looking = new AbortController();
   const drawSome = () => {
     by("drawn").textContent = by("most").value;
     pairs.forEach((pair, k) => { pair.style.display = k < by("most").value ? "" : "none"; });
   };
   const detail = async () => {
+    looking.abort(); // Who steps on does not want what the service has not begun.
+    looking = new AbortController();
+    const { signal } = looking;
     const { matches, bits } = state.reply;
     const rank = state.shown;
     const item = matches[rank];
     const picture = state.picture;
-    const still = () => state.shown === rank && by("detail").open && state.picture === picture;
+    const still = () => !signal.aborted;
     by("detail-title").textContent = title(item);
     by("detail-facts").textContent = `${item.name} · match ${rank + 1} of ${matches.length} · ${item.distance} of ${bits} bits apart`;
-    by("previous").disabled = rank === 0;
-    by("next").disabled = rank === matches.length - 1;
+    // Not disabled: a disabled button would lose the focus, and the keyboard its place.
+    by("previous").ariaDisabled = rank === 0;
+    by("next").ariaDisabled = rank === matches.length - 1;
     by("verdict").textContent = "Looking for shared features …";
     by("stage").classList.add("waiting");
     delete by("stage").dataset.ready;
@@ -192,7 +198,7 @@
       const pictures = await Promise.all([loaded(state.reply.preview), loaded(url)]);
       if (!still()) return;
       const places = Board.show(by("board"), pictures, narrow());
-      const shared = await (await ask("/api/shared", form({ image: picture, item: item.id }))).json();
+      const shared = await (await ask("/api/shared", form({ image: picture, item: item.id }), signal)).json();
       if (!still()) return;
       pairs = Board.connect(by("board"), places, shared);
       by("verdict").textContent = verdict(shared);
@@ -223,10 +229,11 @@
   by("most").addEventListener("input", drawSome);
   by("previous").addEventListener("click", () => step(-1));
   by("next").addEventListener("click", () => step(1));
+  by("detail").addEventListener("close", () => looking.abort());
   by("close").addEventListener("click", () => by("detail").close());
   by("detail").addEventListener("click", (event) => { if (event.target === by("detail")) by("detail").close(); });
-  by("detail").addEventListener("keydown", (event) => {
-    if (event.target === by("most")) return;
+  document.addEventListener("keydown", (event) => {
+    if (!by("detail").open || event.target === by("most")) return;
     if (event.key === "ArrowLeft") step(-1);
     if (event.key === "ArrowRight") step(1);
   });
@@ -272,7 +279,7 @@
     by("main").hidden = false;
     by("about").textContent = [plural(items, "picture"), classes.length ? plural(classes.length, "class") : "", `codes of ${bits} bits`].filter(Boolean).join(" · ");
     by("label").append(...classes.map(({ label, items: count }) => {
-      const option = element("option", "", `${label} (${number(count)})`);
+      const option = element("option", "", `${spoken(label)} (${number(count)})`);
       option.value = label;
       return option;
     }));
