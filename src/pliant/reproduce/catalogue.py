@@ -22,6 +22,9 @@ _MODULES = (
     "figure_3_8",
     "figure_3_9",
     "figure_3_10",
+    "table_6_1",
+    "table_6_2",
+    "figure_6_2",
 )
 
 

@@ -111,8 +111,7 @@ def _verdict_line(outcome: Outcome) -> str:
     about, findings = outcome.experiment, outcome.findings
     return (
         f'<tr><th scope="row"><a href="#{about.name}">{_spoken(about.name)}</a>'
-        f"<small>{escape(about.title)}</small></th>"
-        f"<td>{escape(about.claim)}</td><td>{_badge(findings.verdict)}</td><td>{escape(findings.summary)}</td></tr>"
+        f"<small>{escape(about.title)}</small></th><td>{escape(about.claim)}</td><td>{_badge(findings.verdict)}</td><td>{escape(findings.summary)}</td></tr>"
     )
 
 
