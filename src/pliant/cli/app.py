@@ -18,6 +18,8 @@ from .field import field
 from .image import image
 from .inspect import inspect
 from .reproduce import reproduce
+from .retrieval import retrieval
+from .retrieval_index import add, query, remove, serve
 from .symmetry import symmetry
 from .view import view
 
@@ -44,6 +46,9 @@ bench.command()(maps)
 app.add_typer(bench)
 app.add_typer(data)
 app.add_typer(image)
+for command in (add, remove, query, serve):
+    retrieval.command()(command)
+app.add_typer(retrieval)
 
 
 def _print_version(wanted: bool) -> None:
