@@ -5,9 +5,11 @@ from .codes import IterativeQuantization, LocalitySensitiveHashing, SpectralHash
 from .discriminative import DiscriminativeBinaryCodes
 from .index import Item, Neighbours, ShapeIndex
 from .model import RetrievalModel
+from .protocol import RetrievalStudy, evaluate_retrieval
 from .querying import AddReport, QueryMatch, QueryResult, add_folder, query_index
 from .service import ServiceLimits, create_app, serve
 from .supervised import CCAIterativeQuantization, ClassifierCodes
+from .training import train_retrieval
 from .vocabulary import Description, Vocabulary, describe_picture
 
 __all__ = [
@@ -23,6 +25,7 @@ __all__ = [
     "QueryMatch",
     "QueryResult",
     "RetrievalModel",
+    "RetrievalStudy",
     "ServiceLimits",
     "ShapeIndex",
     "SpectralHashing",
@@ -30,9 +33,11 @@ __all__ = [
     "add_folder",
     "create_app",
     "describe_picture",
+    "evaluate_retrieval",
     "hamming_distances",
     "pack_bits",
     "query_index",
     "serve",
+    "train_retrieval",
     "unpack_bits",
 ]

@@ -79,8 +79,8 @@ class DiscriminativeBinaryCodes(LinearCoder):
         *,
         cost: float = 1.0,
         separation: float = 1.0,
-        independence: float = 1.0,
-        prediction: float = 1.0,
+        independence: float = 5.0,
+        prediction: float = 0.2,
         rounds: int = 10,
         rng: int | np.random.Generator = 0,
     ) -> None:

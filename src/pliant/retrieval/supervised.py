@@ -64,7 +64,7 @@ class CCAIterativeQuantization(LinearCoder):
         self,
         bits: int = 128,
         *,
-        regularisation: float = 1.0,
+        regularisation: float = 2.0,
         extension: Extension = "frame",
         rounds: int = 50,
         rng: int | np.random.Generator = 0,
