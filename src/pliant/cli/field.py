@@ -65,6 +65,15 @@ Samples = Annotated[
 ]
 Seed = Annotated[int, typer.Option(min=0, help="Seed of the samples.")]
 Jobs = Annotated[int | None, typer.Option(min=1, help="Threads; all cores without it.")]
+ComputeDevice = Annotated[
+    Literal["cpu", "cuda"], typer.Option("--device", help="Compute on the processor, or on a CUDA device.")
+]
+ClusterAddress = Annotated[
+    str | None,
+    typer.Option(
+        "--scheduler", metavar="ADDRESS", help="Compute on the workers of a Dask cluster: tcp://HOST:8786."
+    ),
+]
 Up = Annotated[Literal["y", "z"], typer.Option(help="The axis that points up in pictures.")]
 Scale = Annotated[Literal["linear", "log"], typer.Option(help="How values spread over a picture's colours.")]
 AsJson = Annotated[bool, typer.Option("--json", help="Write JSON to standard output, and nothing else.")]
@@ -80,6 +89,8 @@ def field(
     samples: Samples = None,
     seed: Seed = 0,
     jobs: Jobs = None,
+    device: ComputeDevice = "cpu",
+    scheduler: ClusterAddress = None,
     up: Up = "z",
     scale: Scale = "log",
     as_json: AsJson = False,
@@ -99,6 +110,8 @@ def field(
         seed=seed,
         jobs=jobs,
         length_unit=_unit_of(mesh),
+        device=device,
+        scheduler=scheduler,
     )
     if out is not None:
         _write_values(out, result)

@@ -148,21 +148,24 @@ def measure(
     seed: int = 0,
     jobs: int | None = None,
     length_unit: str = "",
+    device: Literal["cpu", "cuda"] = "cpu",
+    scheduler: str | None = None,
 ) -> Measurement:
     """Compute a field, exactly or from samples, with a bar where someone is watching."""
     from .. import __version__, estimate_gfe, gfe
 
     settings: dict[str, Any] = {"mesh": name, "quantity": "gfe", "weights": weights, "graph": graph}
+    where: dict[str, Any] = {"n_jobs": jobs, "progress": True, "device": device, "scheduler": scheduler}
     half_widths = None
     start = time.perf_counter()
     if samples is None:
-        values = gfe(mesh, weights=weights, graph=graph, n_jobs=jobs, progress=True)
+        values = gfe(mesh, weights=weights, graph=graph, **where)
     else:
-        estimate = estimate_gfe(
-            mesh, samples, weights=weights, graph=graph, rng=seed, n_jobs=jobs, progress=True
-        )
+        estimate = estimate_gfe(mesh, samples, weights=weights, graph=graph, rng=seed, **where)
         values, half_widths = estimate.values, estimate.half_widths
         settings |= {"samples": samples, "seed": seed, "confidence": estimate.confidence}
     seconds = time.perf_counter() - start
+    if device != "cpu":
+        settings["device"] = device
     settings["pliant"] = __version__
     return Measurement(mesh, name, values, half_widths, settings, seconds, length_unit)

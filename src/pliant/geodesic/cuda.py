@@ -29,8 +29,8 @@ if TYPE_CHECKING:
 Device = Literal["cpu", "cuda"]
 Method = Literal["sweeps", "propagate"]
 
-# Threads of a block; the simulator starts one of the system's for each, and gets few.
-THREADS, SIMULATED_THREADS = 128, 4
+# The simulator starts one of the system's threads for each of the device's, so it gets blocks of few.
+SIMULATED_THREADS = 4
 
 
 def on_cuda(device: Device) -> bool:
@@ -70,6 +70,8 @@ def _cuda() -> Any:
 
 def _threads() -> int:
     from numba.cuda.core import config
+
+    from .cuda_kernels import THREADS
 
     return SIMULATED_THREADS if config.ENABLE_CUDASIM else THREADS
 
@@ -111,10 +113,6 @@ class _Arranged:
     def wide(self, vertices: int, lanes: int) -> tuple[tuple[int, int], int]:
         """Grid and block of a launch with a block for each vertex and run of lanes."""
         return (vertices, -(-lanes // self.threads)), self.threads
-
-    def summing(self, blocks: int) -> tuple[int, int, int, int]:
-        """Grid and block of a launch whose blocks add up: their shared memory holds one float64 a thread."""
-        return blocks, self.threads, 0, 8 * self.threads
 
 
 def cuda_distances(
@@ -210,7 +208,7 @@ class _Counting(_Arranged):
                 self.lengths, self.counts, slab.distance, due,
             )  # fmt: skip
         waiting = self.cuda.device_array((slab.lanes, self.plan.height), np.float64)
-        kernels.carry_down_climb[self.summing(slab.lanes)](
+        kernels.carry_down_climb[slab.lanes, self.threads](
             slab.sources, self.depth, self.rows, self.heads, self.lengths, self.counts, slab.path,
             slab.label, slab.distance, due, waiting,
         )  # fmt: skip
@@ -258,7 +256,7 @@ class CudaEngine:
                     slab.lowest, slab.lanes, slab.sources, both_ways, *weights, slab.distance, slab.count, due
                 )
                 waiting = at.backward(slab, due)
-                kernels.sum_flow[at.summing(rows)](
+                kernels.sum_flow[rows, at.threads](
                     slab.lowest, slab.lanes, *at.at_arcs(slab, waiting, due), flow
                 )
                 advance(slab.lanes)
@@ -303,7 +301,7 @@ class CudaEngine:
                 slab.lanes, lane_weights, mass, slab.distance, slab.count, due
             )
             waiting = at.backward(slab, due)
-            kernels.sum_sampled[at.summing(at.n)](
+            kernels.sum_sampled[at.n, at.threads](
                 slab.lanes, lane_weights, mass, *at.at_arcs(slab, waiting, due), sums, ending
             )
             del slab, due, waiting, lane_weights
@@ -328,7 +326,7 @@ def fixed_point_distances(
         edges = skeleton.rank[solver.graph.edges].astype(np.int64)
         patches = kernels.cut(solver.n_vertices, edges, solver._fixed_lengths, kernels.PATCH)
         threads = _threads()
-        group, rows = (32, 8) if threads == THREADS else (2, 2)
+        group, rows = (2, 2) if threads == SIMULATED_THREADS else (32, 8)
         lanes = lanes_that_fit(
             len(ranks), free=_free_bytes(), fixed=nbytes(patches), per_lane=5 * solver.n_vertices
         )

@@ -12,7 +12,7 @@ from typing import Any
 
 from numba import cuda, float64
 
-from .cuda_kernels import UNREACHED, block_sum, device_kernel, first_not_below
+from .cuda_kernels import THREADS, UNREACHED, block_sum, device_kernel, first_not_below
 
 
 @device_kernel
@@ -99,7 +99,7 @@ def carry_down_climb(
     waiting: Any,
 ) -> None:
     """Bring what arrived at the tops of a source's climbs down to it; a block a source."""
-    partial = cuda.shared.array(0, float64)
+    partial = cuda.shared.array(THREADS, float64)
     lane = cuda.blockIdx.x
     thread = cuda.threadIdx.x
     for d in range(depth[sources[lane]] + 1):
@@ -138,7 +138,7 @@ def sum_flow(
     flow: Any,
 ) -> None:
     """Add the flow of all sources to a vertex's arcs; a block a vertex."""
-    partial = cuda.shared.array(0, float64)
+    partial = cuda.shared.array(THREADS, float64)
     v = lowest + cuda.blockIdx.x
     thread = cuda.threadIdx.x
     low = first_not_below(sources, lanes, v - size[v] + 1)
@@ -179,7 +179,7 @@ def sum_sampled(
     ending: Any,
 ) -> None:
     """Sum flow up and down a vertex's arcs, also times the lower end's distance, and what ends there; a block each."""
-    partial = cuda.shared.array(0, float64)
+    partial = cuda.shared.array(THREADS, float64)
     v = cuda.blockIdx.x
     thread = cuda.threadIdx.x
     low = first_not_below(sources, lanes, v - size[v] + 1)

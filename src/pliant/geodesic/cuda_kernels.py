@@ -21,7 +21,10 @@ F = TypeVar("F", bound=Callable[..., Any])
 
 UNREACHED = int(_UNREACHED)
 LARGEST_COUNT = float(_LARGEST)
+# Threads of a block, and the side of a tile that is transposed; numba wants shapes of shared memory as constants.
+THREADS = 128
 TILE = 16
+TILE_SHAPE = (TILE, TILE + 1)
 
 
 def device_kernel(function: Callable[..., Any]) -> Any:
@@ -39,7 +42,7 @@ def device_function(function: F) -> F:
 def block_sum(value: Any, partial: Any) -> Any:
     """Add up one value a thread, always in the same order; the block's size is a power of two.
 
-    Every thread of the block has to call it, with shared memory for one float64 a thread.
+    Every thread of the block has to call it, with shared memory for one number a thread.
     """
     thread = cuda.threadIdx.x
     cuda.syncthreads()
@@ -197,7 +200,7 @@ def count_down(
 @device_kernel
 def by_source(lanes: Any, distance: Any, rank: Any, limit: Any, out: Any) -> None:
     """Transpose (rank, lane) to (lane, vertex), tile by tile, so that reading and writing both stay in rows."""
-    tile = cuda.shared.array((TILE, TILE + 1), float64)
+    tile = cuda.shared.array(TILE_SHAPE, float64)
     lane = cuda.blockIdx.y * TILE + cuda.threadIdx.x
     v = cuda.blockIdx.x * TILE + cuda.threadIdx.y
     if v < len(rank) and lane < lanes:

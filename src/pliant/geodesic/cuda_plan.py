@@ -52,7 +52,7 @@ class Levels:
         return int(self.depth.max()) + 1
 
     def from_rank(self, lowest: int) -> list[tuple[int, int]]:
-        """List (first, stop) in ``vertices`` of each level's vertices of rank at least ``lowest``, where there are any."""
+        """List (first, stop) of each level's vertices of rank at least ``lowest`` in ``vertices``; none empty."""
         spans = []
         for start, stop in zip(self.starts[:-1].tolist(), self.starts[1:].tolist(), strict=True):
             first = start + int(np.searchsorted(self.vertices[start:stop], lowest))

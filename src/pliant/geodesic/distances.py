@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike
 from .._arrays import FloatArray, IntArray, vertex_indices
 from ..errors import InputError, MeshError, require
 from ..mesh import Mesh
+from .cuda import Device, on_cuda
 from .graph import component_labels, edge_graph
 from .hierarchy import GeodesicHierarchy
 from .sweeps import checked_limit
@@ -25,6 +26,7 @@ def geodesic_distances(
     max_distance: float | None = None,
     n_jobs: int | None = None,
     progress: bool = False,
+    device: Device = "cpu",
 ) -> FloatArray:
     """Geodesic distances from each source to every vertex.
 
@@ -47,6 +49,9 @@ def geodesic_distances(
         Threads, for the first two methods; all processors by default.
     progress : bool
         Show a bar on a terminal.
+    device : {"cpu", "cuda"}
+        Where to sweep, for the first two methods; the result is the same to the last bit. ``"cuda"`` needs the extra
+        ``gpu``.
 
     Returns
     -------
@@ -60,7 +65,9 @@ def geodesic_distances(
     MeshError
         If the heat method or the exact one cannot work on this mesh.
     MissingExtraError
-        If the extra ``geodesics`` is needed and not installed.
+        If the extra ``geodesics`` or ``gpu`` is needed and not installed.
+    UnavailableError
+        If there is no such device.
 
     Examples
     --------
@@ -73,11 +80,17 @@ def geodesic_distances(
     wanted = vertex_indices(sources, mesh.n_vertices, "sources")
     limit = checked_limit(max_distance)
     if method in ("graph", "refined"):
+        on_cuda(device)  # rather than after the hierarchy is built
         kind: Literal["edges", "refined"] = "refined" if method == "refined" else "edges"
         solver = GeodesicHierarchy(mesh, kind)
-        return solver.distances(wanted, max_distance=max_distance, n_jobs=n_jobs, progress=progress)
+        return solver.distances(
+            wanted, max_distance=max_distance, n_jobs=n_jobs, progress=progress, device=device
+        )
     if method not in ("heat", "exact"):
         message = f'method must be "graph", "refined", "heat" or "exact", got {method!r}'
+        raise InputError(message)
+    if device != "cpu":
+        message = f'device={device!r} works for the methods "graph" and "refined" only, not for {method!r}'
         raise InputError(message)
     found = _by_component(mesh, wanted, method)
     found[found > limit] = np.inf

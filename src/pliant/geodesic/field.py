@@ -4,18 +4,30 @@ from __future__ import annotations
 
 import warnings
 from dataclasses import dataclass
-from typing import Literal
+from typing import Literal, TypedDict
 
 import numpy as np
 from scipy import stats
 
 from .._arrays import FloatArray, IntArray, frozen
+from ..cluster import Scheduler
 from ..errors import InputError, MeshError, PliantWarning, first_indices
 from ..mesh import Mesh
+from .cuda import Device
 from .graph import GraphKind, edge_graph
 from .hierarchy import GeodesicHierarchy
 
 Weights = Literal["area", "uniform"]
+
+
+class Where(TypedDict):
+    """Who computes, and whether a bar shows it."""
+
+    n_jobs: int | None
+    progress: bool
+    device: Device
+    scheduler: Scheduler | None
+
 
 # Sampled sources are dealt into this many groups; their spread gives the half-widths.
 GROUPS = 16
@@ -55,6 +67,8 @@ def gfe(
     hierarchy: GeodesicHierarchy | None = None,
     n_jobs: int | None = None,
     progress: bool = False,
+    device: Device = "cpu",
+    scheduler: Scheduler | None = None,
 ) -> FloatArray:
     """Geodesic field estimate: the probability that a shortest path between two random points passes a vertex.
 
@@ -76,6 +90,10 @@ def gfe(
         Threads; all processors by default. The result does not depend on it.
     progress : bool
         Show a bar on a terminal.
+    device : {"cpu", "cuda"}
+        Where to sweep; ``"cuda"`` needs the extra ``gpu`` and gives the same to rounding. See docs/scaling.md.
+    scheduler : str or distributed.Client, optional
+        Of a Dask cluster whose workers sweep instead of threads, to the same bytes.
 
     Returns
     -------
@@ -85,6 +103,8 @@ def gfe(
     ------
     MeshError
         If an edge has no length, or (by area) a vertex with edges has no area around it.
+    UnavailableError
+        If there is no such device or cluster.
 
     Warns
     -----
@@ -110,7 +130,8 @@ def gfe(
     """
     solver = _solver(mesh, graph, hierarchy)
     forth = _point_weights(mesh, weights)
-    flow = solver.betweenness(forth, forth, n_jobs=n_jobs, progress=progress)
+    where: Where = {"n_jobs": n_jobs, "progress": progress, "device": device, "scheduler": scheduler}
+    flow = solver.betweenness(forth, forth, **where)
     return flow * _scale(mesh, weights)
 
 
@@ -125,6 +146,8 @@ def estimate_gfe(
     rng: np.random.Generator | int | None = None,
     n_jobs: int | None = None,
     progress: bool = False,
+    device: Device = "cpu",
+    scheduler: Scheduler | None = None,
 ) -> FieldEstimate:
     """Estimate the field from paths out of randomly drawn vertices, with a confidence half-width for each value.
 
@@ -136,7 +159,7 @@ def estimate_gfe(
         How many sources to draw, rounded up to a multiple of 16; at least 32 or, on smaller meshes, all vertices.
     confidence : float
         Nominal coverage of each interval, between 0 and 1.
-    weights, graph, hierarchy, n_jobs, progress
+    weights, graph, hierarchy, n_jobs, progress, device, scheduler
         As in :func:`pliant.gfe`.
     rng : numpy.random.Generator or int, optional
         Source of chance; the same seed gives the same bytes.
@@ -181,14 +204,15 @@ def estimate_gfe(
         message = f"confidence must lie between 0 and 1, got {confidence}"
         raise InputError(message)
     solver = _solver(mesh, graph, hierarchy)
+    where: Where = {"n_jobs": n_jobs, "progress": progress, "device": device, "scheduler": scheduler}
     back = _point_weights(mesh, weights)
     scale = _scale(mesh, weights)
     n_strata = -(-samples // GROUPS)
     if n_strata * GROUPS >= n:
-        exact = solver.betweenness(back, back, n_jobs=n_jobs, progress=progress)
+        exact = solver.betweenness(back, back, **where)
         return FieldEstimate(exact * scale, np.zeros(n), confidence, np.arange(n))
     groups, stands_for = _stratified(solver.order, n_strata, np.random.default_rng(rng))
-    found = solver.sampled_betweenness(list(groups), back, stands_for, n_jobs=n_jobs, progress=progress)
+    found = solver.sampled_betweenness(list(groups), back, stands_for, **where)
     estimates = found * scale
     missing = 1 - n_strata * GROUPS / n
     error = np.sqrt(estimates.var(axis=0, ddof=1) / GROUPS * missing)

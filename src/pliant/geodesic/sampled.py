@@ -20,7 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .._arrays import FloatArray
-from .._kernels import kernel
+from .._kernels import inlined_kernel, kernel, summing_kernel
 from .customise import UNREACHED, CountedArcs
 from .elimination import Elimination
 from .flow import Sweep
@@ -73,7 +73,7 @@ def traffic(arcs: CountedArcs, sums: FloatArray, ending: FloatArray) -> FloatArr
     return np.asarray(0.25 * (passing - ending))
 
 
-@kernel
+@summing_kernel
 def _carry(
     lane_weights: Any,
     weights: Any,
@@ -96,24 +96,26 @@ def _carry(
     """Send ``2 W / d(s, t)`` from every target towards its source; see :func:`pliant.geodesic.flow.carry_back`."""
     due = np.empty(LANES)
     for v in range(len(place)):
+        ends = 0.0
         for lane in range(LANES):
             reach = distance[v, lane]
-            due[lane] = 0.0
-            if 0 < reach < UNREACHED:
-                weight = 2.0 * lane_weights[lane] * weights[v]
-                ending[v] += weight
-                due[lane] = weight / reach / (1.0 if plain[v] else count[v, lane])
+            weight = 2.0 * lane_weights[lane] * weights[v] if 0 < reach < UNREACHED else 0.0
+            ends += weight
+            due[lane] = weight / max(reach, 1)
+        ending[v] += ends
+        if not plain[v]:
+            for lane in range(LANES):
+                due[lane] = due[lane] / count[v, lane] if count[v, lane] > 0.0 else 0.0
+        for lane in range(LANES):
             due[lane] += dependency[v, lane]
             dependency[v, lane] = 0.0
         for arc in range(rows[v], tight_to[v]):
-            u, number = heads[arc], numbers[arc]
-            for lane in range(LANES):
-                if np.int32(distance[u, lane] + lengths[arc]) == distance[v, lane]:
-                    moved = due[lane] * counts[number]
-                    dependency[u, lane] += moved
-                    moved *= 1.0 if plain[u] else count[u, lane]
-                    sums[number, DOWN] += moved
-                    sums[number, DOWN_MOMENT] += moved * distance[v, lane]
+            number = numbers[arc]
+            down, moment = _push(
+                v, heads[arc], lengths[arc], counts[number], due, distance, count, plain, dependency
+            )
+            sums[number, DOWN] += down
+            sums[number, DOWN_MOMENT] += moment
         at = place[v]
         if at >= 0:
             for lane in range(LANES):
@@ -121,7 +123,32 @@ def _carry(
                 waiting[at, lane] = due[lane] if apex else 0.0
 
 
-@kernel
+@inlined_kernel
+def _push(
+    v: Any, u: Any, length: Any, share: Any, due: Any, distance: Any, count: Any, plain: Any, dependency: Any
+) -> Any:
+    """Move what is due at v on to u where their arc is tight; return the flow, and the flow times v's distance."""
+    total = 0.0
+    moment = 0.0
+    if plain[u]:
+        for lane in range(LANES):
+            tight = np.int32(distance[u, lane] + length) == distance[v, lane]
+            moved = due[lane] * share if tight else 0.0
+            dependency[u, lane] += moved
+            total += moved
+            moment += moved * distance[v, lane]
+    else:
+        for lane in range(LANES):
+            tight = np.int32(distance[u, lane] + length) == distance[v, lane]
+            moved = due[lane] * share if tight else 0.0
+            dependency[u, lane] += moved
+            passed = moved * count[u, lane] if tight else 0.0
+            total += passed
+            moment += passed * distance[v, lane]
+    return total, moment
+
+
+@summing_kernel
 def _carry_climb(
     listed: Any,
     place: Any,
@@ -139,13 +166,18 @@ def _carry_climb(
         for t in range(tight_to[i - 1] if i else 0, tight_to[i]):
             arc = tight[t]
             above = place[heads[arc]]
+            length = lengths[arc]
+            share = counts[arc]
+            total = 0.0
+            moment = 0.0
             for lane in range(LANES):
-                if np.int32(climbed[i, lane] + lengths[arc]) == climbed[above, lane]:
-                    moved = waiting[above, lane] * counts[arc]
-                    waiting[i, lane] += moved
-                    moved *= ways[i, lane]
-                    sums[arc, UP] += moved
-                    sums[arc, UP_MOMENT] += moved * climbed[i, lane]
+                reach = np.int32(climbed[i, lane] + length)
+                moved = waiting[above, lane] * share if reach == climbed[above, lane] else 0.0
+                waiting[i, lane] += moved
+                total += moved * ways[i, lane]
+                moment += moved * ways[i, lane] * climbed[i, lane]
+            sums[arc, UP] += total
+            sums[arc, UP_MOMENT] += moment
 
 
 @kernel
