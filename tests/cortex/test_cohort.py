@@ -7,12 +7,24 @@ import signal
 import subprocess
 import sys
 import time
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-from pliant import gch, gch_edges, gfe, load_mesh, nearest, principal_curvatures, save_mesh, shapes
+from pliant import (
+    estimate_gfe,
+    gch,
+    gch_edges,
+    gfe,
+    load_mesh,
+    nearest,
+    principal_curvatures,
+    save_arrays,
+    save_mesh,
+    shapes,
+)
 from pliant.cortex import ContextSignature, Subject, read_cohort, study_cohort
 from pliant.errors import FileFormatError, InputError
 from pliant.mesh import Mesh
@@ -119,6 +131,54 @@ def test_another_measure(table: Path) -> None:
     assert np.isfinite(found.histograms).all()
     with pytest.raises(InputError, match="one value a vertex"):
         study(table, measure=lambda mesh: [1.0])
+
+
+def test_maps_and_curvature_by_name(table: Path) -> None:
+    people = []
+    for subject in read_cohort(table):
+        heights = load_mesh(subject.mesh).vertices[:, 2]
+        save_arrays(table.parent / f"{subject.name}.shape.gii", {"height": heights})
+        maps = {"height": table.parent / f"{subject.name}.shape.gii"}
+        people.append(replace(subject, maps=maps if subject.name != "s3" else {}))
+    options = {"landmarks": table.parent / "sites.csv", "n_jobs": 1}
+    found = study_cohort(people, table.parent / "height", measure="height", **options)
+    assert found.n_failed == 1
+    assert "no map 'height'; it has none" in found.errors[3]
+    heights = load_mesh(people[0].mesh).vertices[:, 2].astype(np.float32).astype(float)
+    near = nearest(load_mesh(people[0].mesh), [3, 17, 40], count=50)
+    np.testing.assert_allclose(found.histograms[0], gch(heights, near, edges=found.edges))
+    save_arrays(people[1].maps["height"], {"height": -heights})
+    again = study_cohort(people, table.parent / "height", measure="height", **options)
+    assert not np.array_equal(again.histograms[1], found.histograms[1])
+    named = study_cohort(people, table.parent / "named", measure="curvature", **options)
+    np.testing.assert_array_equal(named.histograms, study(table, "called", measure=mean_curvature).histograms)
+
+
+def test_a_dask_cluster_gives_the_same_bytes(table: Path) -> None:
+    distributed = pytest.importorskip("distributed")
+    expected = study(table, "here")
+    with (
+        distributed.LocalCluster(
+            n_workers=1, threads_per_worker=1, processes=False, dashboard_address=None
+        ) as cluster,
+        distributed.Client(cluster, set_as_default=False) as client,
+    ):
+        found = study(table, "there", scheduler=client)
+    assert found.histograms.tobytes() == expected.histograms.tobytes()
+    name = "subjects/s1.npz"
+    assert (table.parent / "here" / name).read_bytes() == (table.parent / "there" / name).read_bytes()
+
+
+def test_large_meshes_are_estimated_from_samples(table: Path) -> None:
+    sampled = ContextSignature(samples=32)
+    mesh = load_mesh(table.parent / "s0.ply")
+    np.testing.assert_array_equal(sampled.field(mesh), estimate_gfe(mesh, 32, rng=0).values)
+    np.testing.assert_array_equal(ContextSignature(samples=500).field(mesh), gfe(mesh))
+    assert study(table, signature=sampled).n_failed == 0
+    with pytest.raises(InputError, match="at least 32"):
+        ContextSignature(samples=8)
+    with pytest.raises(InputError, match="percentile must lie"):
+        ContextSignature(percentile=20)
 
 
 def test_tables(tmp_path: Path) -> None:

@@ -4,8 +4,14 @@ from __future__ import annotations
 
 import csv
 import json
+import os
+import signal
+import subprocess
+import sys
+import time
 from pathlib import Path
 
+import nibabel
 import numpy as np
 import pytest
 
@@ -43,9 +49,9 @@ def test_command_writes_what_the_library_finds(place: Path, capsys: pytest.Captu
     assert all(Path(path).stat().st_size > 0 for path in said["written"])
     found = study_cohort(
         read_cohort(place / "cohort.csv"), place / "library", landmarks=place / "sites.csv",
-        signature=ContextSignature(count=20, bins=6), n_jobs=1,
+        signature=ContextSignature(count=20, bins=6, scale="log", percentile=99.9), n_jobs=1,
     )  # fmt: skip
-    ranking = variability(found.histograms, resamples=40, rng=0)
+    ranking = variability(found.histograms, edges=found.edges, resamples=40, rng=0)
     np.testing.assert_array_equal(load_arrays(place / "out/cohort.npz")["histograms"], found.histograms)
     with (place / "out/sites.csv").open() as lines:
         rows = list(csv.DictReader(lines))
@@ -57,7 +63,11 @@ def test_command_writes_what_the_library_finds(place: Path, capsys: pytest.Captu
     assert "gone.ply" in people[-1]["error"]
     assert people[0]["error"] == ""
     page = (place / "out/report.html").read_text()
-    assert "Variability over 7 subjects" in page
+    assert "<h1>Folding over 7 subjects</h1>" in page
+    assert "gone.ply" in page
+    assert page.count("data:image/png;base64,") == 3
+    assert "Difference between a and b" in page
+    assert "http://" not in page.replace("http://www.w3.org", "")
 
 
 def test_a_second_run_writes_the_same_bytes(place: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -77,3 +87,72 @@ def test_bad_input_ends_with_one_line(place: Path, capsys: pytest.CaptureFixture
     assert "missing mesh" in capsys.readouterr().err
     assert run(place, "y", "--radius", "0.3") == 3
     assert "count or radius" in capsys.readouterr().err
+
+
+def test_other_measures_and_other_runs_are_compared(place: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert run(place, "first", "--json") == 0
+    capsys.readouterr()
+    assert run(place, "beside", "--against", "curvature", "--beside", str(place / "first"), "--json") == 0
+    agreement = json.loads(capsys.readouterr().out)["agreement"]
+    same = agreement[str(place / "first")]
+    # The table has six digits, which may tie two sites.
+    assert same["spearman"] == pytest.approx(1.0, abs=2e-3)
+    assert same["sites"] == 21
+    assert -1 <= agreement["curvature"]["low"] <= agreement["curvature"]["spearman"] < 1
+    with (place / "beside/sites.csv").open() as lines:
+        deviations = [float(row["mad_curvature"]) for row in csv.DictReader(lines)]
+    setting = ContextSignature(count=20, bins=6, percentile=99.9)
+    found = study_cohort(
+        read_cohort(place / "cohort.csv"), place / "curvature", landmarks=place / "sites.csv",
+        signature=setting, measure="curvature", n_jobs=1,
+    )  # fmt: skip
+    expected = variability(found.histograms, edges=found.edges, resamples=1, rng=0).mad
+    np.testing.assert_allclose(deviations, expected, rtol=1e-5)
+    assert "Agreement with other measures" in (place / "beside/report.html").read_text()
+
+
+def test_as_the_dissertation_has_it(place: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert run(place, "printed", "--scale", "linear", "--deviation", "bins", "--json") == 0
+    capsys.readouterr()
+    found = study_cohort(
+        read_cohort(place / "cohort.csv"), place / "library", landmarks=place / "sites.csv",
+        signature=ContextSignature(count=20, bins=6), n_jobs=1,
+    )  # fmt: skip
+    arrays = load_arrays(place / "printed/cohort.npz")
+    np.testing.assert_array_equal(arrays["histograms"], found.histograms)
+    np.testing.assert_array_equal(arrays["mad"], variability(found.histograms, resamples=1).mad)
+
+
+@pytest.mark.skipif(os.name != "posix", reason="signals")
+def test_killed_and_resumed_it_writes_the_same_bytes(place: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert run(place, "whole", "--json") == 0
+    capsys.readouterr()
+    whole = [sys.executable, "-c", "from pliant.cli import main; raise SystemExit(main())", "cortex",
+             str(place / "cohort.csv"), "--landmarks", str(place / "sites.csv"), "-o", str(place / "cut"),
+             "--count", "20", "--bins", "6", "--resamples", "40", "--jobs", "1"]  # fmt: skip
+    with subprocess.Popen(whole, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL) as running:
+        # As soon as one subject is there, in the midst of the others or of what follows.
+        while running.poll() is None and not list((place / "cut/subjects").glob("*.npz")):
+            time.sleep(0.005)
+        running.send_signal(signal.SIGKILL)
+    assert run(place, "cut", "--json") == 0
+    capsys.readouterr()
+    names = [*TABLES, *(f"subjects/s{i}.npz" for i in range(7))]
+    for name in names:
+        assert (place / "cut" / name).read_bytes() == (place / "whole" / name).read_bytes(), name
+
+
+def test_a_folder_of_freesurfer_derivatives(place: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    folder = place / "derivatives"
+    for i in range(4):
+        surf = folder / f"s{i}" / "surf"
+        surf.mkdir(parents=True)
+        mesh = shapes.bumpy_sphere(subdivisions=2, rng=i)
+        nibabel.freesurfer.write_geometry(surf / "lh.pial", mesh.vertices, mesh.faces)
+        nibabel.freesurfer.write_morph_data(surf / "lh.sulc", mesh.vertices[:, 2])
+    given = ["cortex", str(folder), "--surface", "pial", "--landmarks", str(place / "sites.csv"), "-o",
+             str(place / "fs"), "--count", "20", "--resamples", "20", "--jobs", "1"]  # fmt: skip
+    assert main([*given, "--against", "sulc", "--json"]) == 0
+    said = json.loads(capsys.readouterr().out)
+    assert (said["subjects"], said["failed"]) == (4, {})
+    assert "sulc" in said["agreement"]

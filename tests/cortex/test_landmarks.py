@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import nibabel
 import numpy as np
 import pytest
 
-from pliant import Mesh, load_mesh, shapes
+from pliant import Mesh, load_mesh, save_arrays, shapes
 from pliant.cortex import Landmarks, landmarks_at, parcel_centres, read_landmarks, snapped_landmarks
 from pliant.errors import FileFormatError, InputError
 
@@ -100,3 +101,30 @@ def test_parcels_of_a_native_hemisphere(data: Path) -> None:
     front = mesh.vertices[found.vertices[found.names.index("frontalpole")], 1]
     back = mesh.vertices[found.vertices[found.names.index("lateraloccipital")], 1]
     assert front > back + 80
+
+
+def test_gifti_parcellation_gives_what_its_annotation_does(tmp_path: Path) -> None:
+    sheet = shapes.grid(6, 9)
+    labels = np.where(sheet.vertices[:, 0] < 3.5, 5, 9).astype(np.int32)
+    labels[0] = 77  # not in the table
+    table = nibabel.gifti.GiftiLabelTable()
+    for key, name in ((5, "front"), (9, "Medial_Wall")):
+        entry = nibabel.gifti.GiftiLabel(key)
+        entry.label = name
+        table.labels.append(entry)
+    array = nibabel.gifti.GiftiDataArray(labels, intent="NIFTI_INTENT_LABEL")
+    path = tmp_path / "lh.parcels.label.gii"
+    nibabel.save(nibabel.gifti.GiftiImage(labeltable=table, darrays=[array]), path)
+    found = read_landmarks(path, sheet)
+    assert found.names == ("front",)
+    expected = parcel_centres(sheet, np.where(labels == 5, 5, -1))
+    assert found.vertices.tolist() == expected.vertices.tolist()
+    with pytest.raises(InputError, match="one number a vertex"):
+        read_landmarks(path, shapes.grid(3, 3))
+    path.write_bytes(path.read_bytes()[:300])
+    with pytest.raises(FileFormatError, match="not a GIFTI parcellation"):
+        read_landmarks(path, sheet)
+    depth = tmp_path / "depth.gii"
+    save_arrays(depth, {"depth": np.ones(3)})
+    with pytest.raises(FileFormatError, match="holds no parcellation"):
+        read_landmarks(depth, sheet)

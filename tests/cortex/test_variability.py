@@ -177,3 +177,37 @@ def test_refusals() -> None:
         mean_absolute_deviation(values)
     with pytest.raises(InputError, match="percentile"):
         variability(np.ones((4, 3, 2)), percentile=80)
+
+
+def test_cumulative_deviation_is_how_far_values_move() -> None:
+    rng = np.random.default_rng(12)
+    values = rng.normal(size=(9, 2, 4000)) * 0.5
+    values[:, 1] += rng.normal(size=(9, 1)) * 3
+    edges = np.linspace(-15, 15, 301)
+    histograms = np.array([[np.histogram(v, edges)[0] / 4000 for v in row] for row in values])
+    found = mean_absolute_deviation(histograms, edges=edges)
+    # The mean of the cumulative histograms is that of the pooled values.
+    expected = [
+        np.mean([stats.wasserstein_distance(v, values[:, site].ravel()) for v in values[:, site]])
+        for site in (0, 1)
+    ]
+    np.testing.assert_allclose(found, expected, rtol=0.03)
+    # Sums over bins saturate: moving three times as far changes nothing once nothing overlaps.
+    far = np.eye(30)[[0, 0, 10, 10]][:, None]
+    farther = np.eye(30)[[0, 0, 29, 29]][:, None]
+    assert mean_absolute_deviation(far) == mean_absolute_deviation(farther)
+    wide = np.arange(31.0)
+    assert mean_absolute_deviation(farther, edges=wide) == pytest.approx(
+        2.9 * mean_absolute_deviation(far, edges=wide)
+    )
+    np.testing.assert_allclose(variability(histograms, edges=edges, rng=0, resamples=3).mad, found)
+    for wrong in ([0, 1], edges[::-1]):
+        with pytest.raises(InputError, match="ascending numbers for 300 bins"):
+            mean_absolute_deviation(histograms, edges=wrong)
+
+
+def test_unequal_bins_count_by_the_distance_between_their_centres() -> None:
+    moves = np.eye(3)[[0, 2, 0, 2]][:, None]
+    edges = np.array([0.0, 1.0, 3.0, 7.0])
+    centres = 0.5 * (edges[:-1] + edges[1:])
+    assert mean_absolute_deviation(moves, edges=edges) == pytest.approx([(centres[2] - centres[0]) / 2])

@@ -7,6 +7,7 @@ from typing import Annotated
 import typer
 
 from .bench import bench
+from .bench_cortex import cortex as bench_cortex
 from .bench_shapes import descriptors, maps
 from .components import components
 from .correspond import correspond
@@ -43,6 +44,7 @@ app.command()(reproduce)
 app.command()(view)
 bench.command()(descriptors)
 bench.command()(maps)
+bench.command("cortex")(bench_cortex)
 app.add_typer(bench)
 app.add_typer(data)
 app.add_typer(image)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import itertools
 import json
 import multiprocessing
 import os
@@ -25,18 +26,20 @@ from .._progress import progress_bar
 from ..cluster import Scheduler, map_ordered
 from ..errors import InputError, PliantError
 from ..geodesic import nearest
-from ..mesh import Mesh, load_arrays, load_mesh, save_arrays
+from ..mesh import Mesh, load_arrays, load_mesh, principal_curvatures, save_arrays
+from ..mesh.adjacency import edge_matrix
 from .context import ContextSignature
 from .landmarks import read_landmarks
 from .subjects import Subject, read_map
 
 __all__ = ["FieldOf", "Task", "measured", "stored"]
 
-# A function of a mesh, or the name of a map that the subjects have.
+# A function of a mesh, "curvature", or the name of a map that the subjects have.
 FieldOf: TypeAlias = Callable[[Mesh], ArrayLike] | str
 
 # Raised when what a subject's file holds changes, so that older ones are made anew.
 _FORMAT = 2
+_CURVATURE = "curvature"
 # Settings that come in later, over the whole cohort.
 _LATER = ("edges", "bins", "percentile")
 
@@ -58,7 +61,7 @@ class Task:
     @property
     def map(self) -> Path | None:
         """File of the subject's own map, where one is asked for."""
-        if not isinstance(self.measure, str):
+        if not isinstance(self.measure, str) or self.measure == _CURVATURE:
             return None
         if self.measure not in self.subject.maps:
             able = ", ".join(self.subject.maps) or "none"
@@ -172,9 +175,22 @@ def _field(task: Task, mesh: Mesh) -> FloatArray:
     measure = task.measure
     if measure is None:
         return task.signature.field(mesh, n_jobs=1)
+    if measure == _CURVATURE:
+        return _mean_curvature(task.signature.surface(mesh))
     if isinstance(measure, str):
         return read_map(task.map or measure, mesh.n_vertices)
     return vertex_values(measure(mesh), mesh.n_vertices, _name_of(measure))
+
+
+def _mean_curvature(mesh: Mesh) -> FloatArray:
+    """(n,) mean curvature; where it cannot be found, the mean of the neighbours'."""
+    values: FloatArray = principal_curvatures(mesh, n_jobs=1).mean.copy()
+    missing = np.flatnonzero(~np.isfinite(values))
+    if missing.size:
+        links = edge_matrix(mesh)[missing]
+        near = [values[links.indices[a:b]] for a, b in itertools.pairwise(links.indptr)]
+        values[missing] = [x[np.isfinite(x)].mean() if np.isfinite(x).any() else np.nan for x in near]
+    return vertex_values(values, mesh.n_vertices, "mean curvature")
 
 
 def _name_of(measure: FieldOf | None) -> str:

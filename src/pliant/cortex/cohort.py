@@ -87,8 +87,8 @@ def study_cohort(
         Neighbourhoods, bins and the field's settings. Without edges, those that suit the whole cohort are taken.
     measure : callable or str, optional
         Another per-vertex signature instead of the geodesic field: takes a mesh, gives (n,) numbers. With several
-        processes it must be a function of a module; its module and name stand for it when results are reused. Or the
-        name of one of the subjects' maps, such as ``"sulc"``.
+        processes it must be a function of a module; its module and name stand for it when results are reused. Or
+        ``"curvature"``, the surface's mean curvature, or the name of one of the subjects' maps, such as ``"sulc"``.
     n_jobs : int, optional
         Processes, one thread each; all processors by default. The result does not depend on it.
     scheduler : str or distributed.Client, optional

@@ -9,7 +9,7 @@ import numpy as np
 import scipy.sparse as sp
 from numpy.typing import ArrayLike
 
-from .._arrays import FloatArray
+from .._arrays import FloatArray, as_floats
 from ..errors import InputError, MeshError
 from ..geodesic import estimate_gfe, gch, gch_edges, gfe, nearest
 from ..geodesic.field import Weights
@@ -44,8 +44,8 @@ class ContextSignature:
         Bins over the field, or over its natural logarithm. Traffic differs between places by orders of magnitude:
         linear bins see mostly how it changes where there is much of it, logarithmic ones see relative changes.
     percentile : float
-        Common bins end at this percentile of all values, and with a logarithm begin at 100 less it; what lies beyond
-        counts in the outer bins. 99.9 for cumulative deviations, which need room on both sides.
+        Common bins end at this percentile of all values, and begin at 100 less it where there are logarithms or
+        negative values; what lies beyond counts in the outer bins. 99.9 for cumulative deviations, which need room on both sides.
     samples : int, optional
         On meshes of more vertices than this, estimate the field from so many sources; see
         :func:`pliant.estimate_gfe`. The draw is fixed, so the same mesh gives the same bytes.
@@ -97,8 +97,11 @@ class ContextSignature:
         Where no path passes the logarithm is that of a thousandth of the median.
         """
         values = self._traffic(self.surface(mesh), n_jobs)
-        if self.scale == "linear":
-            return values
+        return values if self.scale == "linear" else self.logarithm(values)
+
+    def logarithm(self, field: ArrayLike) -> FloatArray:
+        """(n,) natural logarithm of a field, floored at a thousandth of its median."""
+        values = as_floats(field, "field")
         floor = _FLOOR * float(np.median(values))
         if not floor > 0:
             raise MeshError("paths pass less than half of the vertices: the field has no useful logarithm")
@@ -131,10 +134,10 @@ class ContextSignature:
         """Return the same settings with bin edges that suit all the given fields together."""
         percentile = self.percentile
         edges = gch_edges(*fields, bins=self.bins, percentile=percentile)
-        if self.scale == "log":
-            # A logarithm has a tail on both sides.
-            low = np.percentile(np.concatenate([np.ravel(field) for field in fields]), 100 - percentile)
-            edges = np.linspace(low, edges[-1], self.bins + 1) if low < edges[-1] else edges
+        low = float(np.percentile(np.concatenate([np.ravel(field) for field in fields]), 100 - percentile))
+        # Logarithms, curvature and depth have a tail on both sides.
+        if (self.scale == "log" or edges[0] < 0) and low < edges[-1]:
+            edges = np.linspace(low, edges[-1], self.bins + 1)
         return replace(self, edges=tuple(edges.tolist()))
 
     def __call__(self, mesh: Mesh) -> FloatArray:

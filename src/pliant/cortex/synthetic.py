@@ -6,6 +6,7 @@ import csv
 import io
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Literal, TypeAlias, get_args
 
 import numpy as np
 
@@ -23,7 +24,10 @@ _LENGTH = 170.0
 _WAVES = 300
 _SMOOTHING = 5
 # Band of the map of amplitudes, in mm, and its least value over its largest.
-_PLACES, _LEAST = (45.0, 90.0), 0.05
+_PLACES, _LEAST = (45.0, 90.0), 1 / 40
+# Share of the surface at either end over which a logistic spread does not grow further: its tails have no end.
+_TAIL = 0.01
+Spread: TypeAlias = Literal["logistic", "logarithmic", "even"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -42,6 +46,8 @@ class SyntheticCohort:
         Band of the folds, in mm.
     seeds : (subjects,) array of int
         Of each subject's folds.
+    common : (n,) array of float
+        Depth of the folds that all subjects have, in mm.
     """
 
     base: Mesh
@@ -49,9 +55,10 @@ class SyntheticCohort:
     sites: IntArray
     wavelengths: tuple[float, float]
     seeds: IntArray
+    common: FloatArray
 
     def __post_init__(self) -> None:
-        for name in ("amplitude", "sites", "seeds"):
+        for name in ("amplitude", "sites", "seeds", "common"):
             object.__setattr__(self, name, frozen(getattr(self, name)))
 
     def __len__(self) -> int:
@@ -66,7 +73,7 @@ class SyntheticCohort:
     def subject(self, i: int) -> Mesh:
         """Fold the base for one subject: a displacement along the normals of known amplitude."""
         waves = _band_limited(np.random.default_rng(int(self.seeds[i])), self.base.vertices, self.wavelengths)
-        depth = self.amplitude * waves
+        depth = self.common + self.amplitude * waves
         return self.base.with_vertices(self.base.vertices + depth[:, None] * self.base.vertex_normals)
 
     def save(self, folder: str | Path) -> Path:
@@ -87,7 +94,9 @@ def synthetic_cohort(
     n_subjects: int = 31,
     *,
     n_sites: int = 120,
-    amplitude: float = 6.0,
+    amplitude: float = 8.0,
+    spread: Spread = "logistic",
+    shared: float = 0.0,
     wavelengths: tuple[float, float] = (15.0, 30.0),
     hemisphere: Hemisphere = "left",
     rng: np.random.Generator | int | None = None,
@@ -99,7 +108,13 @@ def synthetic_cohort(
     n_subjects, n_sites : int
         Subjects, at least 1, and landmarks, at least 2.
     amplitude : float
-        Largest standard deviation of the folds' depth, in mm; the least is a twentieth of it.
+        Largest standard deviation of the folds' depth, in mm; the least is a fortieth of it.
+    spread : {"logistic", "logarithmic", "even"}
+        How amplitudes are distributed over the surface. "logistic": their logarithms have a logistic distribution,
+        so that most places are in between and the extremes stand apart. "logarithmic": their logarithms are spread
+        evenly. "even": they are themselves, and the most variable places differ by less than 31 subjects can tell.
+    shared : float
+        Standard deviation of the depth of folds that all subjects have in common, in mm.
     wavelengths : tuple of two floats
         Shortest and longest wave of the folds, in mm. Shorter than about three edges (7 mm) they are not resolved.
     hemisphere : {"left", "right"}
@@ -119,8 +134,9 @@ def synthetic_cohort(
     Notes
     -----
     A fold is a sum of 300 plane waves of random direction, phase and wavelength within the band, evaluated in space.
-    Amplitudes are uniformly distributed over vertices and change over 45 to 90 mm. Deep folds may pass through each
-    other; the geometry measured here is that of the surface itself and does not mind.
+    Amplitudes change over 45 to 90 mm. Deep folds may pass through each other; the geometry measured here is that of
+    the surface itself and does not mind. The truth is a depth in space: what is measured within the surface sees it
+    through the stretching that it causes, which is stronger where the base itself is bent.
 
     Examples
     --------
@@ -135,6 +151,9 @@ def synthetic_cohort(
             f"{n_subjects}, {n_sites}, {amplitude}, {wavelengths}"
         )
         raise InputError(message)
+    if spread not in get_args(Spread) or not shared >= 0:
+        message = f"spread must be one of {', '.join(get_args(Spread))} and shared 0 or more; got {spread!r}, {shared}"
+        raise InputError(message)
     inflated = fsaverage5("infl", hemisphere=hemisphere)
     base = inflated.scaled(_LENGTH / np.ptp(inflated.vertices[:, 1]))
     base = ContextSignature(smoothing=_SMOOTHING).surface(base)
@@ -144,10 +163,22 @@ def synthetic_cohort(
     generator = np.random.default_rng(rng)
     rank = np.argsort(np.argsort(_band_limited(generator, base.vertices, _PLACES))) / (base.n_vertices - 1)
     seeds = generator.integers(0, 2**32, n_subjects)
-    depth = amplitude * (_LEAST + (1 - _LEAST) * rank)
+    common = shared * _band_limited(generator, base.vertices, wavelengths) if shared else np.zeros(len(rank))
     return SyntheticCohort(
-        base, depth, farthest_points(base, n_sites), (float(shortest), float(longest)), seeds
-    )
+        base, amplitude * _spread(rank, spread), farthest_points(base, n_sites), (float(shortest), float(longest)),
+        seeds, common,
+    )  # fmt: skip
+
+
+def _spread(rank: FloatArray, kind: Spread) -> FloatArray:
+    """Amplitudes over the largest, of places in ascending order from 0 to 1."""
+    if kind == "even":
+        return _LEAST + (1 - _LEAST) * rank
+    if kind == "logarithmic":
+        return np.asarray(_LEAST ** (1 - rank))
+    inner = np.clip(rank, _TAIL, 1 - _TAIL)
+    place = np.log(inner / (1 - inner)) / np.log((1 - _TAIL) / _TAIL)
+    return np.asarray(_LEAST ** (0.5 - 0.5 * place))
 
 
 def _band_limited(rng: np.random.Generator, points: FloatArray, band: tuple[float, float]) -> FloatArray:
