@@ -45,7 +45,8 @@ class ContextSignature:
         linear bins see mostly how it changes where there is much of it, logarithmic ones see relative changes.
     percentile : float
         Common bins end at this percentile of all values, and begin at 100 less it where there are logarithms or
-        negative values; what lies beyond counts in the outer bins. 99.9 for cumulative deviations, which need room on both sides.
+        negative values; what lies beyond counts in the outer bins. 99.9 for cumulative deviations, which need
+        room on both sides.
     samples : int, optional
         On meshes of more vertices than this, estimate the field from so many sources; see
         :func:`pliant.estimate_gfe`. The draw is fixed, so the same mesh gives the same bytes.
