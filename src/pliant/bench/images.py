@@ -13,8 +13,8 @@ from .._arrays import FloatArray, IntArray
 from ..evaluate.relevance import relevance_scores
 from ..images import ImagePair, match_pair, mutual_matches, read_pairs, repeated_matches, unrelated_scores
 from ..images.blur import geometric_blur
-from ..images.matching import joint_matches
 from ..images.registration import carried
+from ..images.search import joint_matches
 from ..images.views import View, view
 
 __all__ = ["load", "run", "settings_table"]

@@ -2,31 +2,23 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 
-from .._arrays import BoolArray, FloatArray, IntArray, frozen
+from .._arrays import BoolArray, FloatArray, frozen
 from ..errors import InputError
 from ._opencv import carried_back
-from .agreement import Agreement, EvenEdges, agreement, even_edges
-from .alignment import aligned
-from .blur import geometric_blur
-from .embedding import embed_pair, mutual_matches
+from .agreement import even_edges
+from .extent import grown, shared_part
 from .picture import Picture, as_picture
-from .region import smallest_rectangle
-from .registration import Registration, inverse, registrations
-from .views import WORKING_SIZE, View, view
+from .registration import inverse
+from .search import found_transform
+from .views import View, view
 
-__all__ = ["PairMatch", "joint_matches", "match_pair", "nothing", "unusable"]
+__all__ = ["PairMatch", "match_pair", "nothing", "unusable"]
 
-#: Sizes at which the second image is described, so that the two may differ in size.
-_SCALES = (1 / 1.4, 1.0, 1.4)
-# Matches agree with a transform within 4 % of the working diagonal.
-TOLERANCE = 0.04 * np.sqrt(2) * WORKING_SIZE
-_HYPOTHESES = 10
-_SHORTLIST = 6
 _LEAST_SIDE = 16
 _LEAST_POINTS = 8
 
@@ -88,7 +80,7 @@ def match_pair(
     mask2: Any = None,
     features: int = 300,
     dim: int = 30,
-    share: float = 0.9,
+    share: float = 0.85,
     intensity_weight: float = 0.0,
     rng: int | np.random.Generator = 0,
 ) -> PairMatch:
@@ -97,12 +89,14 @@ def match_pair(
     Points are drawn from the edges of both images and described by geometric blur; the descriptors of both
     are placed in the eigenvectors of their joint graph (eq. 6.2-6.5). Points that are mutually nearest there
     vote for a transform (a similarity, refined to an affine one: geometric consistency, which eq. 6.1 leaves open).
-    Of the transforms with most votes the one is kept under which the edges agree best, and it is aligned to them.
+    The transforms with most votes, and their linear parts at the shifts where all edges correlate best, are aligned
+    to the edges; the one is kept under which edges and points agree best.
 
     Then eq. 6.1 is solved over boxes. Taken as printed its best is the smallest region, so a pixel earns a
     benefit: the edge strength shared by both images (geometric mean) times the local correlation of their oriented
     edges. Area has a price, and the price is the highest at which the best box, found exactly in each image,
-    still holds ``share`` of all that can be earned.
+    still holds ``share`` of all that can be earned. From there the box grows along lines where shared edges go on,
+    upwards also where they are thin: annotators box a church with its spire, however little a spire can earn.
 
     Parameters
     ----------
@@ -115,7 +109,7 @@ def match_pair(
     dim : int
         Eigenvectors (m of the dissertation, there 20).
     share : float
-        Part of the shared evidence that each box holds; a lower one gives smaller boxes.
+        Part of the shared evidence that each box holds at least; a lower one gives smaller boxes.
     intensity_weight : float
         Weight of the regulariser r(X', Y') of eq. 6.1, the difference of intensity of the two parts, each image
         brought to mean 0 and variance 1 first. It is charged pixel by pixel, which bounds the difference of the
@@ -221,18 +215,17 @@ def _matched(
     one: View, two: View, dim: int, share: float, intensity_weight: float, settings: dict[str, Any]
 ) -> PairMatch:
     even1, even2 = even_edges(one.edges), even_edges(two.edges)
-    best = _registered(one, two, even1, even2, dim)
+    best = found_transform(one, two, even1, even2, dim)
     if best is None:
         reason = "no transform brings three matches together"
         return nothing(one.picture, two.picture, reason, settings)
-    transform = _full(best.transform)
-    shown = agreement(even1, even2, transform)
-    evidence = _evidence(one, two, shown, transform, intensity_weight)
-    box1, region1 = _solved(evidence, share)
-    back = carried_back(evidence, inverse(transform), two.grey.shape[:2])
-    box2, region2 = _solved(np.maximum(back.astype(np.float64), 0), share)
-    inliers = best.registration.inliers
-    kept = best.pairs[inliers]
+    transform = best.transform
+    charges = _charges(one, two, transform, intensity_weight)
+    part1 = shared_part(even1, even2, transform, charges[0])
+    part2 = shared_part(even2, even1, inverse(transform), charges[1])
+    box1, region1 = grown(part1, share)
+    box2, region2 = grown(part2, share)
+    kept = best.pairs[best.inliers]
     return PairMatch(
         box1=one.box_in_source(box1),
         box2=two.box_in_source(box2),
@@ -240,107 +233,28 @@ def _matched(
         region2=two.region_in_picture(region2),
         points1=one.points_in_source(one.points[kept[:, 0]].astype(np.float64)),
         points2=two.points_in_source(two.points[kept[:, 1]].astype(np.float64)),
-        distances=best.distances[inliers],
+        distances=best.distances[best.inliers],
         transform=inverse(two.to_working) @ transform @ one.to_working,
-        score=float(np.count_nonzero(inliers)),
-        reason="" if evidence.any() else "the registered images share no edges",
+        score=float(len(kept)),
+        reason="" if part1.evidence.any() else "the registered images share no edges",
         settings=settings,
     )
 
 
-@dataclass(frozen=True, eq=False)
-class _Candidate:
-    """A registration with the matches it came from, its transform at half size, and what speaks for that."""
-
-    registration: Registration
-    pairs: IntArray
-    distances: FloatArray
-    transform: FloatArray
-    merit: float
-
-    def moved(self, one: EvenEdges, two: EvenEdges, transform: FloatArray) -> _Candidate:
-        """Return the same with another transform: consensus times agreement of edges speaks for it."""
-        alike = agreement(one, two, transform, window=3.0).total
-        merit = self.registration.consensus * max(alike, 0.0)
-        return replace(self, transform=transform, merit=merit)
-
-
-def joint_matches(one: View, two: View, dim: int, *, scale: float = 1.0) -> tuple[IntArray, FloatArray]:
-    """Return the mutually nearest points in the joint embedding, nearest first, and their distances.
-
-    Parameters
-    ----------
-    one, two : View
-    dim : int
-        Eigenvectors.
-    scale : float
-        At which the second image is described, the first being described at 1.
-
-    Returns
-    -------
-    pairs : (m, 2) array of int
-        Rows of the points of each view.
-    distances : (m,) array of float
-    """
-    first = geometric_blur(one.edges, one.points)
-    second = geometric_blur(two.edges, two.points, scale=scale)
-    return mutual_matches(*embed_pair(first, second, dim))
-
-
-def _registered(one: View, two: View, even1: EvenEdges, even2: EvenEdges, dim: int) -> _Candidate | None:
-    """Return the best of the registrations at all sizes, judged and finely aligned at half size."""
-    small1, small2 = even1.reduced(2), even2.reduced(2)
-    found = []
-    for scale in _SCALES:
-        pairs, distances = joint_matches(one, two, dim, scale=scale)
-        for candidate in registrations(
-            one.points[pairs[:, 0]], two.points[pairs[:, 1]], TOLERANCE, count=_HYPOTHESES
-        ):
-            rough = _half(candidate.transform)
-            entry = _Candidate(candidate, pairs, distances, rough, 0.0)
-            found.append(entry.moved(small1, small2, rough))
-    shortlist = sorted(found, key=lambda c: -c.merit)[:_SHORTLIST]
-    fine = [c.moved(small1, small2, aligned(small1, small2, c.transform)) for c in shortlist]
-    return max(fine, key=lambda c: c.merit, default=None)
-
-
-_TO_HALF = np.array([[0.5, 0, -0.25], [0, 0.5, -0.25], [0, 0, 1.0]])
-_FROM_HALF = np.array([[2, 0, 0.5], [0, 2, 0.5], [0, 0, 1.0]])
-
-
-def _half(transform: FloatArray) -> FloatArray:
-    """Return a transform for images of half the size."""
-    result: FloatArray = _TO_HALF @ transform @ _FROM_HALF
-    return result
-
-
-def _full(transform: FloatArray) -> FloatArray:
-    result: FloatArray = _FROM_HALF @ transform @ _TO_HALF
-    return result
-
-
-def _evidence(
-    one: View, two: View, shown: Agreement, transform: FloatArray, intensity_weight: float
-) -> FloatArray:
-    """Return what each pixel of the first image earns, none of it negative."""
-    gain = shown.shared * np.maximum(shown.correlation, 0)
-    if intensity_weight > 0 and shown.overlap.any():
-        other = carried_back(_standardised(two), transform, one.grey.shape[:2])
-        apart = np.abs(_standardised(one) - other)
-        gain = np.maximum(gain - intensity_weight * gain[shown.overlap].mean() * apart, 0)
-    return np.where(shown.overlap, gain, 0.0)
+def _charges(
+    one: View, two: View, transform: FloatArray, intensity_weight: float
+) -> tuple[FloatArray | None, FloatArray | None]:
+    """Return what difference of intensity costs each pixel of both images; None where it costs nothing."""
+    if not intensity_weight > 0:
+        return None, None
+    levels = _standardised(one), _standardised(two)
+    there = carried_back(levels[1], transform, levels[0].shape)
+    here = carried_back(levels[0], inverse(transform), levels[1].shape)
+    return intensity_weight * np.abs(levels[0] - there), intensity_weight * np.abs(levels[1] - here)
 
 
 def _standardised(seen: View) -> FloatArray:
     inside = seen.grey[seen.edges.mask]
     spread = float(inside.std())
-    return (seen.grey - float(inside.mean())) / (spread if spread > 0 else 1.0)
-
-
-def _solved(evidence: FloatArray, share: float) -> tuple[tuple[int, int, int, int], BoolArray]:
-    """Return the box and the pixels in it that are worth their price."""
-    box, price = smallest_rectangle(evidence, share)
-    region = np.zeros(evidence.shape, dtype=bool)
-    part = (slice(box[1], box[3]), slice(box[0], box[2]))
-    region[part] = evidence[part] > price
-    return box, region
+    result: FloatArray = (seen.grey - float(inside.mean())) / (spread if spread > 0 else 1.0)
+    return result

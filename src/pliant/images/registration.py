@@ -11,7 +11,7 @@ from .._arrays import BoolArray, FloatArray, as_floats
 from .._kernels import kernel
 from ..errors import InputError
 
-__all__ = ["Registration", "carried", "inverse", "registrations"]
+__all__ = ["Registration", "agreeing", "carried", "inverse", "registrations"]
 
 # Matches beyond these, farthest first, are not used to make hypotheses.
 _MOST_MATCHES = 200
@@ -133,6 +133,31 @@ def inverse(transform: FloatArray) -> FloatArray:
     return result
 
 
+def agreeing(
+    points1: FloatArray, points2: FloatArray, transform: FloatArray, tolerance: float
+) -> tuple[float, BoolArray]:
+    """Tell which matches agree with a transform, and how well.
+
+    Parameters
+    ----------
+    points1, points2 : (m, 2) array of float
+        Matched points.
+    transform : (3, 3) array of float
+        Affine.
+    tolerance : float
+        See :func:`registrations`.
+
+    Returns
+    -------
+    consensus : float
+        Sum over the matches of 1 - (residual / tolerance)^2, where positive.
+    inliers : (m,) array of bool
+    """
+    shares = 1 - (_residuals(points1, points2, transform) / tolerance) ** 2
+    inliers: BoolArray = shares > 0
+    return float(shares[inliers].sum()), inliers
+
+
 def _hypotheses(a: FloatArray, b: FloatArray, tolerance: float) -> tuple[FloatArray, FloatArray]:
     """Return the similarities z -> factor z + shift given by all pairs of matches."""
     i, j = np.triu_indices(len(a), 1)
@@ -174,15 +199,14 @@ def _distinct(
         [low[0] + 1j * low[1], high[0] + 1j * low[1], low[0] + 1j * high[1], high[0] + 1j * high[1]]
     )
     kept: list[int] = []
-    images: list[FloatArray] = []
-    for h in np.argsort(-votes, kind="stable")[:1000]:
-        image = factors[h] * corners + shifts[h]
-        allowed = tolerance * np.sqrt(abs(factors[h]))
-        if all(np.abs(image - other).mean() > allowed for other in images):
-            kept.append(int(h))
-            images.append(image)
-            if len(kept) == count:
-                break
+    best = np.argsort(-votes, kind="stable")[:1000]
+    images = factors[best, None] * corners + shifts[best, None]
+    allowed = tolerance * np.sqrt(np.abs(factors[best]))
+    left = np.ones(len(best), dtype=bool)
+    while left.any() and len(kept) < count:
+        first = int(left.argmax())
+        kept.append(int(best[first]))
+        left &= np.abs(images - images[first]).mean(axis=1) > allowed
     return kept
 
 
@@ -236,8 +260,5 @@ def _affine_fit(
         if not 1 / _MOST_CHANGE**2 < np.linalg.det(candidate[:2, :2]) < _MOST_CHANGE**2:
             break
         transform = candidate
-    shares = 1 - (_residuals(one, two, transform) / tolerance) ** 2
-    inliers = shares > 0
-    if np.count_nonzero(inliers) < 3:
-        return None
-    return Registration(transform, float(shares[inliers].sum()), inliers)
+    consensus, inliers = agreeing(one, two, transform, tolerance)
+    return Registration(transform, consensus, inliers) if np.count_nonzero(inliers) >= 3 else None
