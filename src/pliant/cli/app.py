@@ -8,6 +8,7 @@ import typer
 
 from .bench import bench
 from .bench_cortex import cortex as bench_cortex
+from .bench_service import service
 from .bench_shapes import descriptors, maps
 from .components import components
 from .correspond import correspond
@@ -44,6 +45,7 @@ app.command()(reproduce)
 app.command()(view)
 bench.command()(descriptors)
 bench.command()(maps)
+bench.command()(service)
 bench.command("cortex")(bench_cortex)
 app.add_typer(bench)
 app.add_typer(data)

@@ -53,30 +53,32 @@ def query_figure(result: QueryResult, pictures: Sequence[Picture | None], *, tit
     height = _HEAD + rows * (_TILE + _WORDS + _GAP)
     figure = Figure(figsize=(width, height), dpi=150, facecolor="white")
 
-    def tile(x: float, y: float, side: float, picture: Picture | None, edge: str) -> None:
+    def tile(x: float, y: float, side: float, picture: Picture | None, edge: str, anchor: str) -> None:
         axes = figure.add_axes((x / width, 1 - (y + side) / height, side / width, side / height))
-        _show(axes, picture, edge)
+        _show(axes, picture, edge, anchor)
 
     def words(x: float, y: float, text: str, colour: str, size: float) -> None:
         figure.text(x / width, 1 - y / height, text, color=colour, size=size, va="top", parse_math=False)
 
     words(_GAP, 0.14, title, _INK, 11)
-    tile(_GAP, _HEAD, 2 * _TILE + _GAP, result.picture, _ACCENT)
+    side = 2 * _TILE + _GAP
+    tile(_GAP, _HEAD, side, result.picture, _ACCENT, "NW")
     told = f"most likely: {result.label}" if result.label else "the query"
-    words(_GAP, _HEAD + 2 * _TILE + _GAP + 0.08, told, _INK, 9)
+    tall, wide = result.picture.grey.shape
+    words(_GAP, _HEAD + side * min(1, tall / wide) + 0.1, told, _INK, 9)
     for k, (match, picture) in enumerate(zip(result.matches, pictures, strict=True)):
         x = left + (k % _COLUMNS) * (_TILE + _GAP)
         y = _HEAD + (k // _COLUMNS) * (_TILE + _WORDS + _GAP)
-        tile(x, y, _TILE, picture, _LINE)
+        tile(x, y, _TILE, picture, _LINE, "SW")
         words(x, y + _TILE + 0.06, _short(match.label or match.name or f"item {match.id}"), _INK, 8)
         words(x, y + _TILE + 0.23, f"{match.distance} of {result.bits} bits apart", _QUIET, 7)
     return figure
 
 
-def _show(axes: Any, picture: Picture | None, edge: str) -> None:
+def _show(axes: Any, picture: Picture | None, edge: str, anchor: str) -> None:
     if picture is not None:
         axes.imshow(np.where(picture.mask[..., None], picture.colour, np.uint8(255)))
-    axes.set_anchor("NW")
+    axes.set_anchor(anchor)
     axes.set_xticks([])
     axes.set_yticks([])
     for spine in axes.spines.values():
