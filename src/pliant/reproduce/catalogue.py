@@ -10,21 +10,25 @@ from .findings import Experiment
 __all__ = ["experiments"]
 
 _MODULES = (
+    "figure_2_7",
     "table_2_1",
     "table_2_2",
     "figure_2_8",
     "figure_2_10",
     "figure_2_12",
     "table_3_1",
+    "figure_3_1",
     "figure_3_4",
     "figure_3_5",
     "figure_3_7",
     "figure_3_8",
     "figure_3_9",
     "figure_3_10",
+    "table_4_1",
+    "figure_4_6",
     "table_6_1",
     "table_6_2",
-    "figure_6_2",
+    "figure_6_5",
 )
 
 

@@ -1,4 +1,4 @@
-"""Figure 6.2 and section 6.5.2: how much of a match is chance."""
+"""Figure 6.5 and section 6.5.2: how much of a match is chance."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ def _run(bench: Bench) -> Findings:
 
 
 EXPERIMENT = Experiment(
-    "figure-6.2",
+    "figure-6.5",
     "Repeatability of matches over draws of the points",
     "Over 50 draws of the points the repeatability is .83 without two outliers.",
     "The interval of R1, outliers included, reaches .8255; in part above .7.",
