@@ -248,8 +248,11 @@ def _refuse_header_steps(path: Path) -> None:
     for line in head.split(b"\n"):
         key, _, text = line.partition(b"=")
         if key.strip() in {b"ElementSpacing", b"ElementSize"}:
-            with contextlib.suppress(ValueError):
-                _refuse_steps(path, np.array([float(x) for x in text.split()]))
+            try:
+                steps = np.array([float(x) for x in text.split()])
+            except ValueError:
+                return
+            _refuse_steps(path, steps)
         if key.strip() == b"ElementDataFile":
             return
 
