@@ -4,14 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any, Literal, TypeAlias, get_args
+from typing import Any, Literal, TypeAlias
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from .._arrays import BoolArray, FloatArray, as_floats, frozen
+from .._arrays import FloatArray, frozen
 from .._parallel import ordered_map
-from ..errors import InputError, first_indices
+from ..errors import InputError
 from ._crossval import (
     Classifier,
     Folds,
@@ -22,10 +22,10 @@ from ._crossval import (
     shuffled_scores,
     splits_of,
 )
+from ._problems import CLASSIFIERS, REGRESSORS, problems_of, refuse_options
 from ._scores import Score, balanced_accuracy, correlation, difference_interval, score_draws, scored
 from .bag import BagOfFeatures
 from .features import SegmentFeatures
-from .segments import TERRITORIES
 
 __all__ = ["HeartStudy", "Scenario", "StudyRow", "heart_study"]
 
@@ -33,7 +33,6 @@ Scenario: TypeAlias = Literal["global", "segment", "territory"]
 
 #: What every method has to beat: one number a subject.
 BASELINES = ("roughness", "cavity volume")
-_CLASSIFIERS, _REGRESSORS = get_args(Classifier), get_args(Regressor)
 # Points a subject that go into a bag: section 5.4 takes 500 a segment and 2,000 a territory.
 _POINTS = {"segment": 500, "territory": 2000, "global": 4000}
 
@@ -152,8 +151,8 @@ def heart_study(
     diseased: ArrayLike | None = None,
     scenario: Scenario = "territory",
     methods: Mapping[str, Any] | None = None,
-    classifiers: Sequence[Classifier] = _CLASSIFIERS,
-    regressors: Sequence[Regressor] = _REGRESSORS,
+    classifiers: Sequence[Classifier] = CLASSIFIERS,
+    regressors: Sequence[Regressor] = REGRESSORS,
     threshold: float = 70.0,
     folds: Folds = 10,
     repeats: int = 3,
@@ -237,8 +236,8 @@ def heart_study(
     >>> bool(found.row("all", "bag of features", "ridge").score.value > 0.5)
     True
     """
-    problems = _problems(len(features), stenosis, diseased, scenario, threshold)
-    _refuse_options(classifiers, regressors, permutations, repeats, folds)
+    problems = problems_of(len(features), stenosis, diseased, scenario, threshold)
+    refuse_options(classifiers, regressors, permutations, repeats, folds)
     used: Mapping[str, Any] = methods or {"bag of features": BagOfFeatures(rng=rng)}
     taken = set(used) & set(BASELINES)
     if taken:
@@ -297,7 +296,7 @@ class _Setup:
     ) -> list[StudyRow]:
         rows = []
         for name in (*models[0], *(models[1] if problem.graded else ())):
-            kind: Literal["class", "per cent"] = "class" if name in _CLASSIFIERS else "per cent"
+            kind: Literal["class", "per cent"] = "class" if name in CLASSIFIERS else "per cent"
             target = problem.diseased.astype(np.float64) if kind == "class" else problem.percent
             predicted = predictions(name, inputs, target, splits, self.seed)
             measure = balanced_accuracy if kind == "class" else correlation
@@ -348,87 +347,6 @@ def _record(row: StudyRow, problem: Problem) -> dict[str, Any]:
     return record | {
         "low": short(score.low), "high": short(score.high), "null 95 %": short(score.null), "p": short(score.p)
     }  # fmt: skip
-
-
-def _problems(
-    count: int, stenosis: ArrayLike | None, diseased: ArrayLike | None, scenario: Scenario, threshold: float
-) -> list[Problem]:
-    if scenario not in _POINTS:
-        message = f'scenario must be "global", "segment" or "territory", got {scenario!r}'
-        raise InputError(message)
-    if (stenosis is None) == (diseased is None):
-        raise InputError("give stenosis, three percentages a subject, or diseased, a label a subject")
-    everything = tuple(range(1, 18))
-    if stenosis is None:
-        if scenario != "global":
-            message = f"the {scenario} scenario needs the stenosis of each territory, not one label a subject"
-            raise InputError(message)
-        labels = _checked_labels(diseased, count)
-        problems = [Problem("all", everything, np.full(count, np.nan), labels)]
-    else:
-        percent = _checked_percent(stenosis, count)
-        by_unit: dict[str, tuple[tuple[int, ...], FloatArray]] = {}
-        for i, (territory, segments) in enumerate(TERRITORIES.items()):
-            by_unit[territory] = (segments, percent[:, i])
-        if scenario == "segment":
-            of = {s: values for segments, values in by_unit.values() for s in segments}
-            by_unit = {f"segment {s}": ((s,), of[s]) for s in everything}
-        elif scenario == "global":
-            by_unit = {"all": (everything, percent.max(axis=1))}
-        problems = [Problem(name, s, values, values >= threshold) for name, (s, values) in by_unit.items()]
-    for problem in problems:
-        ill = int(problem.diseased.sum())
-        if min(ill, count - ill) < 2:
-            message = (
-                f"{problem.name}: {ill} of {count} subjects are diseased; two of either class are needed to learn "
-                "and to test"
-            )
-            raise InputError(message)
-    return problems
-
-
-def _checked_percent(stenosis: ArrayLike, count: int) -> FloatArray:
-    percent = as_floats(stenosis, "stenosis")
-    if percent.shape != (count, 3):
-        message = f"stenosis must be ({count}, 3), LAD, LCX and RCA of each subject, got {percent.shape}"
-        raise InputError(message)
-    bad = np.flatnonzero(~((percent >= 0) & (percent <= 100)).all(axis=1))
-    if bad.size:
-        message = (
-            f"stenosis of {bad.size} subjects is missing or not 0 to 100, first subjects {first_indices(bad)}"
-        )
-        raise InputError(message)
-    return percent
-
-
-def _checked_labels(diseased: ArrayLike | None, count: int) -> BoolArray:
-    labels = as_floats([] if diseased is None else diseased, "diseased")
-    if labels.shape != (count,) or not np.isin(labels, (0, 1)).all():
-        bad = np.flatnonzero(~np.isin(labels, (0, 1)))
-        message = (
-            f"diseased must be 0 or 1 for each of {count} subjects; wrong or missing at {first_indices(bad)}"
-        )
-        raise InputError(message)
-    return labels.astype(bool)
-
-
-def _refuse_options(
-    classifiers: Sequence[str], regressors: Sequence[str], permutations: int, repeats: int, folds: Folds
-) -> None:
-    unknown = [*(set(classifiers) - set(_CLASSIFIERS)), *(set(regressors) - set(_REGRESSORS))]
-    if unknown:
-        message = f"models are {', '.join((*_CLASSIFIERS, *_REGRESSORS))}; got {', '.join(sorted(unknown))}"
-        raise InputError(message)
-    if (
-        permutations < 0
-        or repeats < 1
-        or not (folds == "leave-one-out" or (isinstance(folds, int) and folds >= 2))
-    ):
-        message = (
-            'permutations must be 0 or more, repeats 1 or more, folds 2 or more or "leave-one-out"; '
-            f"got {permutations}, {repeats} and {folds!r}"
-        )
-        raise InputError(message)
 
 
 def _bags(

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy import ndimage
 
-from .._arrays import BoolArray, FloatArray
+from .._arrays import BoolArray, FloatArray, as_floats
 from ..errors import InputError, MeshError, require
 from ..mesh import Mesh, check_up, largest_component, without_unreferenced
 from ._denoising import enclosed_volume, mean_face_normal_filter, vertex_diffusion
@@ -69,6 +69,7 @@ def endocardial_surface(
     volume: Volume,
     *,
     mask: ArrayLike | None = None,
+    basal_plane: tuple[ArrayLike, ArrayLike] | None = None,
     level: float | None = None,
     smoothing: float = 0.5,
     step: float = 1.0,
@@ -84,6 +85,8 @@ def endocardial_surface(
     mask : (nx, ny, nz) array_like of bool, optional
         The blood pool on the volume's grid. With it the surface runs where the image crosses the level, within
         1.5 mm of the mask's rim: finer than voxels. What the mask cuts off, as at the base, stays off.
+    basal_plane : (point, normal), optional
+        Cuts the surface flat: a point of the plane in RAS mm and the direction away from the apex.
     level : float, optional
         Value between blood and wall. By default halfway between the median inside the mask and the median of a shell
         around it; for a mask of 0 and 1, a half.
@@ -131,6 +134,8 @@ def endocardial_surface(
     """
     _refuse_options(smoothing, step, denoising, rounds)
     values, threshold = _field(volume, mask, level, smoothing)
+    if basal_plane is not None:
+        values = np.minimum(values, threshold + _below(volume, *basal_plane))
     raw, dropped = _cubes(volume.with_values(values), threshold, step)
     count = _ROUNDS[denoising] if rounds is None else int(rounds)
     mesh = raw
@@ -195,6 +200,20 @@ def _field(
     scaled = (values - threshold) / (0.5 * (blood - shell))
     cut = _cut_distance(inside, away, scaled)
     return np.minimum(scaled, cut), 0.0
+
+
+def _below(volume: Volume, point: ArrayLike, normal: ArrayLike) -> FloatArray:
+    """Distance of each voxel below a plane, in mm."""
+    origin, away = as_floats(point, "basal_plane"), as_floats(normal, "basal_plane")
+    if origin.shape != (3,) or away.shape != (3,) or not np.linalg.norm(away) > 0:
+        raise InputError("basal_plane must be a point and a normal, three numbers each")
+    away = away / np.linalg.norm(away)
+    slope = away @ volume.affine[:3, :3]
+    i, j, k = np.ogrid[tuple(slice(n) for n in volume.shape)]
+    below: FloatArray = float(away @ (origin - volume.affine[:3, 3])) - (
+        slope[0] * i + slope[1] * j + slope[2] * k
+    )
+    return below
 
 
 def _distance(inside: BoolArray, spacing: FloatArray, reach: float) -> FloatArray:
