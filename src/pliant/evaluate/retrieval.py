@@ -221,4 +221,5 @@ def _average_precision(distances: FloatArray, right: BoolArray) -> FloatArray:
     precision = np.take_along_axis(found, last, axis=1) / (last + 1)
     total = found[:, -1]
     sums = (precision * sorted_right).sum(axis=1)
-    return np.divide(sums, total, out=np.zeros(len(total)), where=total > 0)
+    means: FloatArray = np.divide(sums, total, out=np.zeros(len(total)), where=total > 0)
+    return means

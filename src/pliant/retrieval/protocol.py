@@ -241,10 +241,8 @@ class _Bench:
         usable = np.array([i for i in range(len(both.paths)) if i not in failed], dtype=np.int64)
         size = len(archive.paths)
         known, counts = np.unique(both.labels[usable[usable < size]], return_counts=True)
-        if asked is None:
-            classes = known[counts > train]
-        else:
-            classes = np.intersect1d(known, both.labels[usable[usable >= size]])
+        asked_for = np.unique(both.labels[usable[usable >= size]])
+        classes = known[counts > train] if asked is None else np.intersect1d(known, asked_for)
         if len(classes) < 2:
             need = f"more than {train} usable pictures" if asked is None else "pictures in both folders"
             message = f"two classes with {need} are needed, got {len(classes)}"
@@ -269,7 +267,9 @@ class _Bench:
         """Return what is learned from, what is searched, and what is asked."""
         if bag != "held_out":
             return trained, trained, asking
-        seen = rng.permutation(self.classes)[: max(2, len(self.classes) // 2)]
+        # With fewer than two classes on either side there is nothing to tell apart.
+        half = len(self.classes) // 2 if len(self.classes) > 3 else len(self.classes)
+        seen = rng.permutation(self.classes)[:half]
         labels = self.collection.labels
         learned, new = np.isin(labels[trained], seen), ~np.isin(labels[trained], seen)
         return trained[learned], trained[new], asking[~np.isin(labels[asking], seen)]
