@@ -185,9 +185,13 @@ def test_serve_says_where_it_is_and_answers_there(index, tmp_path, monkeypatch):
     servers, said = [], []
     run = uvicorn.Server.run
     monkeypatch.setattr(uvicorn.Server, "run", lambda self, **kw: (servers.append(self), run(self, **kw))[1])
-    thread = threading.Thread(
-        target=serve, args=[tmp_path / "index"], kwargs={"port": 0, "ready": said.append}
-    )
+
+    def ready(address: str) -> None:
+        said.append(address)
+        port = int(address.rstrip("/").rpartition(":")[2])
+        socket.create_connection(("127.0.0.1", port), timeout=5).close()  # Who is told can connect at once.
+
+    thread = threading.Thread(target=serve, args=[tmp_path / "index"], kwargs={"port": 0, "ready": ready})
     thread.start()
     while not (servers and servers[0].started):
         assert thread.is_alive()

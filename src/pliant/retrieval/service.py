@@ -18,6 +18,7 @@ if TYPE_CHECKING:
 __all__ = ["ServiceLimits", "create_app", "serve"]
 
 _SHORTEST_TOKEN = 16
+_BACKLOG = 512
 
 
 @dataclass(frozen=True)
@@ -185,6 +186,8 @@ def _bound(host: str, port: int) -> socket.socket:
     try:
         listener.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
         listener.bind((host.strip("[]"), port))
+        # Who is told the address can connect at once, and waits where it must.
+        listener.listen(_BACKLOG)
     except (OSError, OverflowError) as error:
         listener.close()
         message = f"{host}:{port} cannot be bound: {getattr(error, 'strerror', None) or error}"
