@@ -81,6 +81,12 @@ from .report import histogram_figure as histogram_figure
 from .report import surface_figure as surface_figure
 from .report import surface_page as surface_page
 from .report import write_page as write_page
+from .retrieval import RetrievalModel as RetrievalModel
+from .retrieval import ShapeIndex as ShapeIndex
+from .retrieval import add_folder as add_folder
+from .retrieval import evaluate_retrieval as evaluate_retrieval
+from .retrieval import query_index as query_index
+from .retrieval import train_retrieval as train_retrieval
 from .spectral import Laplacian as Laplacian
 from .spectral import Spectrum as Spectrum
 from .spectral import biharmonic_distances as biharmonic_distances
