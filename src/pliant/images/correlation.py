@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
+from numpy.typing import NDArray
 
 from .._arrays import BoolArray, FloatArray
 from ._opencv import Image, blurred, carried_back, carried_mask, opencv
@@ -83,7 +86,7 @@ def _correlations(first: Image, inside1: BoolArray, second: Image, inside2: Bool
     cv2 = opencv()
     size = [cv2.getOptimalDFTSize(a + b) for a, b in zip(inside1.shape, inside2.shape, strict=True)]
 
-    def correlated(a: FloatArray, b: FloatArray) -> FloatArray:
+    def correlated(a: NDArray[Any], b: NDArray[Any]) -> FloatArray:
         product = np.fft.rfft2(a, size) * np.conj(np.fft.rfft2(b, size))
         result: FloatArray = np.fft.irfft2(product.sum(axis=0), size)
         return result

@@ -17,7 +17,7 @@ _COARSE, _FINE = 6.0, 3.0
 # percentile, and up past lines where any edges are as much correlated as this: roofs end in thin spires before a
 # sky, which two pictures seldom share, while the ground in front of a thing is often shared.
 _GOES_ON = 0.75
-_SPIRE = 0.55
+_SPIRE = 0.6
 _FARTHEST = 0.4
 
 
