@@ -51,6 +51,7 @@ def run(
     sites: int = 120,
     spread: Spread = "logistic",
     shared: float = 0.0,
+    sliding: float = 0.5,
 ) -> Iterator[dict[str, Any]]:
     """Yield one row a seed and statistic: rank correlation with the true amplitude, and the extremes it finds.
 
@@ -58,7 +59,7 @@ def run(
     ----------
     seeds : sequence of int
         One cohort each.
-    subjects, sites, spread, shared
+    subjects, sites, spread, shared, sliding
         Of the cohorts, see :func:`pliant.cortex.synthetic_cohort`.
 
     Yields
@@ -71,12 +72,15 @@ def run(
     if spread not in get_args(Spread):
         synthetic_cohort(1, spread=spread)  # says which there are
     for seed in seeds:
-        cohort = synthetic_cohort(subjects, n_sites=sites, spread=spread, shared=shared, rng=seed)
+        cohort = synthetic_cohort(
+            subjects, n_sites=sites, spread=spread, shared=shared, sliding=sliding, rng=seed
+        )
         for name, deviation in _deviations(cohort).items():
             found = rank_agreement(deviation, cohort.truth, rng=0, resamples=500)
             yield {
                 "spread": spread,
                 "shared": shared,
+                "sliding": sliding,
                 "seed": seed,
                 "statistic": name,
                 "spearman": found.spearman,

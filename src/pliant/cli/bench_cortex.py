@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
 import typer
 
@@ -19,6 +19,9 @@ def cortex(
         Literal["logistic", "logarithmic", "even"], typer.Option(help="How true amplitudes are distributed.")
     ] = "logistic",
     shared: Annotated[float, typer.Option(min=0, help="Depth in mm of folds that all subjects have.")] = 0.0,
+    sliding: Annotated[
+        float, typer.Option(min=0, help="Displacements along the surface, over the folds' depth.")
+    ] = 0.5,
     cost: Annotated[bool, typer.Option(help="Also time a whole study, from files to histograms.")] = True,
     as_json: AsJson = False,
 ) -> None:
@@ -31,7 +34,8 @@ def cortex(
         message = f"{seeds!r} is not a list of whole numbers"
         raise typer.BadParameter(message) from error
     rows = []
-    for row in measurements.run(chosen, subjects=subjects, sites=sites, spread=spread, shared=shared):
+    options: dict[str, Any] = {"spread": spread, "shared": shared, "sliding": sliding}
+    for row in measurements.run(chosen, subjects=subjects, sites=sites, **options):
         rows.append(row)
         complain("done", f"seed {row['seed']}, {row['statistic']}")
     spent = measurements.study_cost(subjects, sites=sites) if cost else None

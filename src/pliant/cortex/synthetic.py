@@ -48,6 +48,8 @@ class SyntheticCohort:
         Of each subject's folds.
     common : (n,) array of float
         Depth of the folds that all subjects have, in mm.
+    sliding : float
+        Standard deviation of displacements within the surface, over that of the folds' depth.
     """
 
     base: Mesh
@@ -56,6 +58,7 @@ class SyntheticCohort:
     wavelengths: tuple[float, float]
     seeds: IntArray
     common: FloatArray
+    sliding: float = 0.0
 
     def __post_init__(self) -> None:
         for name in ("amplitude", "sites", "seeds", "common"):
@@ -71,10 +74,16 @@ class SyntheticCohort:
         return values
 
     def subject(self, i: int) -> Mesh:
-        """Fold the base for one subject: a displacement along the normals of known amplitude."""
-        waves = _band_limited(np.random.default_rng(int(self.seeds[i])), self.base.vertices, self.wavelengths)
-        depth = self.common + self.amplitude * waves
-        return self.base.with_vertices(self.base.vertices + depth[:, None] * self.base.vertex_normals)
+        """Fold the base for one subject: displacements of known amplitude along the normals and, if asked, across."""
+        generator = np.random.default_rng(int(self.seeds[i]))
+        points, normals = self.base.vertices, self.base.vertex_normals
+        depth = self.common + self.amplitude * _band_limited(generator, points, self.wavelengths)
+        moved = points + depth[:, None] * normals
+        if self.sliding:
+            waves = np.stack([_band_limited(generator, points, self.wavelengths) for _ in range(3)], axis=1)
+            across = waves - (waves * normals).sum(axis=1, keepdims=True) * normals
+            moved = moved + (self.sliding * self.amplitude)[:, None] * across
+        return self.base.with_vertices(moved)
 
     def save(self, folder: str | Path) -> Path:
         """Write meshes, landmarks, the truth and the table of subjects; return the table's path."""
@@ -97,6 +106,7 @@ def synthetic_cohort(
     amplitude: float = 8.0,
     spread: Spread = "logistic",
     shared: float = 0.0,
+    sliding: float = 0.5,
     wavelengths: tuple[float, float] = (15.0, 30.0),
     hemisphere: Hemisphere = "left",
     rng: np.random.Generator | int | None = None,
@@ -115,6 +125,8 @@ def synthetic_cohort(
         evenly. "even": they are themselves, and the most variable places differ by less than 31 subjects can tell.
     shared : float
         Standard deviation of the depth of folds that all subjects have in common, in mm.
+    sliding : float
+        Standard deviation of displacements within the surface, in each of its two directions, over that of depth.
     wavelengths : tuple of two floats
         Shortest and longest wave of the folds, in mm. Shorter than about three edges (7 mm) they are not resolved.
     hemisphere : {"left", "right"}
@@ -151,8 +163,11 @@ def synthetic_cohort(
             f"{n_subjects}, {n_sites}, {amplitude}, {wavelengths}"
         )
         raise InputError(message)
-    if spread not in get_args(Spread) or not shared >= 0:
-        message = f"spread must be one of {', '.join(get_args(Spread))} and shared 0 or more; got {spread!r}, {shared}"
+    if spread not in get_args(Spread) or not (shared >= 0 and sliding >= 0):
+        message = (
+            f"spread must be one of {', '.join(get_args(Spread))} and shared and sliding 0 or more; got "
+            f"{spread!r}, {shared}, {sliding}"
+        )
         raise InputError(message)
     inflated = fsaverage5("infl", hemisphere=hemisphere)
     base = inflated.scaled(_LENGTH / np.ptp(inflated.vertices[:, 1]))
@@ -166,7 +181,7 @@ def synthetic_cohort(
     common = shared * _band_limited(generator, base.vertices, wavelengths) if shared else np.zeros(len(rank))
     return SyntheticCohort(
         base, amplitude * _spread(rank, spread), farthest_points(base, n_sites), (float(shortest), float(longest)),
-        seeds, common,
+        seeds, common, float(sliding),
     )  # fmt: skip
 
 

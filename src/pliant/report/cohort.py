@@ -6,12 +6,11 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.sparse.csgraph import dijkstra
+from scipy.spatial import cKDTree
 
 from .._arrays import FloatArray, IntArray, vertex_indices
 from ..errors import InputError
 from ..mesh import Mesh
-from ..mesh.adjacency import edge_matrix
 from .render import Direction, camera, interpolate, paint, rasterise
 
 if TYPE_CHECKING:
@@ -25,7 +24,7 @@ _GREEN, _PINK, _OTHER = "#2e8b57", "#d6336c", "#4a5560"
 _SURFACE = (0.86, 0.85, 0.83)
 # Width of a picture of one view, in pixels, and dots' radius over half the usual distance between sites, at most.
 _PIXELS, _DOT = 620, 0.6
-_LARGEST = 0.016
+_LARGEST = 0.02
 
 
 def ranking_figure(found: CohortResult, ranking: Variability, *, label: str = "cumulative MAD") -> Figure:
@@ -126,7 +125,7 @@ def extremes_figure(
             axes.set_title(
                 f"{kind}: {found.sites[site]}", fontsize=9, color=colour, loc="left", weight="bold"
             )
-            _style(axes, label if row is panels[1] else "", "share" if axes is row[0] else "")
+            _style(axes, label if kind == "variable" else "", "share" if axes is row[0] else "")
         for axes in row[len(sites) :]:
             axes.set_axis_off()
     panels[0][0].set_ylim(0, None)
@@ -177,9 +176,15 @@ def sites_figure(
     from matplotlib.figure import Figure
     from matplotlib.lines import Line2D
 
-    distances, radius = _to_sites(mesh, np.asarray(vertices), ranking)
-    pixel = float(np.ptp(mesh.vertices, axis=0).max()) / _PIXELS
-    images = [_view(mesh, camera(view), pixel, distances, radius) for view in views]
+    vertices = np.asarray(vertices)
+    known = np.flatnonzero(vertices >= 0)
+    if not known.size:
+        raise InputError("none of the sites is on this surface")
+    places = mesh.vertices[vertex_indices(vertices[known], mesh.n_vertices, "vertices")]
+    kinds = np.isin(known, ranking.regular) + 2 * np.isin(known, ranking.variable)
+    size = float(np.ptp(mesh.vertices, axis=0).max())
+    radius = min(0.5 * _DOT * np.sqrt(mesh.area / len(places)), _LARGEST * size)
+    images = [_view(mesh, camera(view), size / _PIXELS, (places, kinds, radius)) for view in views]
     columns = min(2, len(images))
     rows = -(-len(images) // columns)
     figure = Figure(figsize=(7.2, 0.6 + 2.7 * rows), dpi=150, layout="constrained", facecolor="white")
@@ -197,34 +202,21 @@ def sites_figure(
     return figure
 
 
-def _to_sites(mesh: Mesh, vertices: IntArray, ranking: Variability) -> tuple[list[FloatArray], float]:
-    """Distance of every vertex to the nearest site that is neither, regular, variable; and the dots' radius."""
-    known = np.flatnonzero(vertices >= 0)
-    if not known.size:
-        raise InputError("none of the sites is on this surface")
-    at = vertex_indices(vertices[known], mesh.n_vertices, "vertices")
-    links = edge_matrix(mesh)
-    kinds = [np.isin(known, ranking.regular), np.isin(known, ranking.variable)]
-    found = []
-    for members in (~(kinds[0] | kinds[1]), *kinds):
-        nowhere = np.full(mesh.n_vertices, np.inf)
-        found.append(
-            dijkstra(links, directed=False, indices=at[members], min_only=True) if members.any() else nowhere
-        )
-    size = float(np.ptp(mesh.vertices, axis=0).max())
-    apart = np.sqrt(mesh.area / len(np.unique(at)))
-    return found, min(0.5 * _DOT * apart, _LARGEST * size)
-
-
-def _view(mesh: Mesh, rotation: FloatArray, pixel: float, distances: list[FloatArray], radius: float) -> Any:
+def _view(mesh: Mesh, rotation: FloatArray, pixel: float, dots: tuple[FloatArray, IntArray, float]) -> Any:
     from matplotlib.colors import to_rgb
 
+    places, kinds, radius = dots
     raster = rasterise(mesh, rotation, pixel=pixel)
     colours = np.broadcast_to(np.array(_SURFACE, dtype=np.float32), (*raster.face.shape, 3)).copy()
-    for away, colour in zip(distances, (_OTHER, _GREEN, _PINK), strict=True):
-        # Infinity does not interpolate; no dot reaches beyond a few radii.
-        near = interpolate(raster, mesh, np.minimum(away, 10 * radius)) < radius
-        colours[near] = to_rgb(colour)
+    seen = raster.face >= 0
+    points = np.stack([interpolate(raster, mesh, axis)[seen] for axis in mesh.vertices.T], axis=1)
+    # A dot is a ball around its site: round, and the same size whatever the triangles.
+    away, nearest = cKDTree(places).query(points, distance_upper_bound=radius)
+    inside = np.isfinite(away)
+    kind = kinds[np.asarray(nearest)[inside]]
+    shown = colours[seen]
+    shown[inside] = np.array([to_rgb(c) for c in (_OTHER, _GREEN, _PINK)])[kind]
+    colours[seen] = shown
     return paint(raster, colours)
 
 
