@@ -17,6 +17,7 @@ from .data import data
 from .demo import demo
 from .describe import describe
 from .field import field
+from .heart_study import heart
 from .image import image
 from .inspect import inspect
 from .reproduce import reproduce
@@ -49,6 +50,7 @@ bench.command()(service)
 bench.command("cortex")(bench_cortex)
 app.add_typer(bench)
 app.add_typer(data)
+app.add_typer(heart)
 app.add_typer(image)
 for command in (add, remove, query, serve):
     retrieval.command()(command)

@@ -239,11 +239,12 @@ def contour_figure(
     slices |= {"septal to lateral": (middle, -septum, up), "inferior to anterior": (middle, anterior, up)}
     images = [_slice(volume, *plane) for plane in slices.values()]
     low, high = np.nanpercentile(images, [2, 99.5]) if window is None else window
+    shades = colormaps["gray"].with_extremes(bad="black")
     figure = Figure(figsize=(width, 0.27 * width), dpi=_DPI, facecolor="white")
     for i, (name, plane) in enumerate(slices.items()):
         axes = figure.add_axes((0.005 + 0.199 * i, 0.01, 0.194, 0.72))
         extent = (-_HALF_FIELD, _HALF_FIELD, -_HALF_FIELD, _HALF_FIELD)
-        axes.imshow(images[i], cmap=colormaps["gray"].with_extremes(bad="black"), vmin=low, vmax=high, origin="lower", extent=extent)
+        axes.imshow(images[i], cmap=shades, vmin=low, vmax=high, origin="lower", extent=extent)
         axes.add_collection(LineCollection(list(_section(mesh, *plane)), colors="#ffb000", linewidths=1.0))
         axes.set(xlim=extent[:2], ylim=extent[2:])
         axes.set_axis_off()

@@ -1,0 +1,386 @@
+"""``pliant heart surface``, ``segments``, ``describe``, ``study`` and ``report``: from a blood pool to evidence."""
+
+from __future__ import annotations
+
+import csv
+import io
+import json
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any, Literal
+
+import typer
+
+from .ending import complain
+from .heart import heart
+from .output import folder_checked, say, say_json, show_facts, show_table, with_ending
+
+if TYPE_CHECKING:
+    from ..heart import HeartDescription, HeartStudy
+    from ..mesh import Mesh
+
+Landmarks = Annotated[
+    Path | None,
+    typer.Option(
+        metavar="FILE",
+        exists=True,
+        help="JSON with any of apex, base (3 numbers), septum (3 x 3), in RAS mm.",
+    ),
+]
+Mask = Annotated[
+    Path | None,
+    typer.Option(metavar="FILE", exists=True, help="Blood pool on the volume's grid, instead of finding it."),
+]
+Right = Annotated[
+    Path | None,
+    typer.Option(
+        metavar="FILE", exists=True, help="Mask of the right ventricle, instead of septal landmarks."
+    ),
+]
+Points = Annotated[int, typer.Option(min=10, help="Points a segment.")]
+Radius = Annotated[float, typer.Option(help="Scale of the curvatures, in mm.")]
+Seed = Annotated[int, typer.Option(min=0, help="Seed of every draw.")]
+Jobs = Annotated[
+    int | None, typer.Option(min=1, help="Threads, or processes of a cohort; all cores without it.")
+]
+AsJson = Annotated[bool, typer.Option("--json", help="Write JSON to standard output, and nothing else.")]
+Source = Annotated[
+    Path,
+    typer.Argument(
+        metavar="INPUT", exists=True, help="A CT (folder of DICOM, NIfTI, NRRD, MHA) or a surface mesh."
+    ),
+]
+
+
+@heart.command()
+def surface(
+    volume: Annotated[
+        Path, typer.Argument(metavar="VOLUME", exists=True, help="The image, or a mask of 0 and 1.")
+    ],
+    out: Annotated[
+        Path, typer.Option("--out", "-o", metavar="FILE", help="Mesh to write: .ply, .vtk, .obj and others.")
+    ],
+    mask: Mask = None,
+    level: Annotated[float | None, typer.Option(help="Value between blood and wall.")] = None,
+    denoising: Annotated[
+        Literal["normals", "diffusion", "none"], typer.Option(help="How to denoise.")
+    ] = "normals",
+    rounds: Annotated[int | None, typer.Option(min=0, help="Rounds of denoising; 10 without it.")] = None,
+    step: Annotated[
+        float, typer.Option(min=0.0, help="Length of the grid's step in mm; 0 for the volume's own.")
+    ] = 1.0,
+    as_json: AsJson = False,
+) -> None:
+    """Triangulate the surface of the blood: closed, one piece, denoised, its volume kept."""
+    from .. import save_mesh
+    from ..heart import endocardial_surface, load_volume
+
+    folder_checked(out)
+    image = load_volume(volume)
+    inside = None if mask is None else load_volume(mask).values > 0.5
+    found = endocardial_surface(
+        image, mask=inside, level=level, denoising=denoising, rounds=rounds, step=step
+    )
+    save_mesh(out, found.mesh)
+    facts = {
+        "vertices": found.mesh.n_vertices, "millilitres": round(found.volume_ml, 2), "genus": found.genus,
+        "change_by_denoising": found.volume_change, "dropped": found.dropped, **found.settings, "written": str(out),
+    }  # fmt: skip
+    _show("Surface", facts, as_json)
+
+
+@heart.command()
+def segments(
+    mesh: Annotated[Path, typer.Argument(metavar="MESH", exists=True, help="Endocardial surface in RAS mm.")],
+    out: Annotated[Path, typer.Option("--out", "-o", metavar="FILE", help="CSV to write: vertex, segment.")],
+    landmarks: Landmarks = None,
+    right_ventricle: Right = None,
+    figure: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="Also draw the segments: .png, .pdf, .svg.")
+    ] = None,
+    as_json: AsJson = False,
+) -> None:
+    """Label every vertex with its AHA segment, 1 to 17, or 0 on the cut at the base."""
+    from ..heart import aha_segments, load_volume, read_heart_landmarks, ventricle_frame
+    from ..mesh import load_mesh
+
+    with_ending(out, (".csv",))
+    with_ending(figure, (".png", ".pdf", ".svg"))
+    shape: Mesh = load_mesh(mesh)
+    marks: dict[str, Any] = dict(read_heart_landmarks(landmarks)) if landmarks else {}
+    right = None if right_ventricle is None else load_volume(right_ventricle)
+    frame = ventricle_frame(shape, right_ventricle=right, **marks)
+    labels = aha_segments(shape, frame)
+    _write_rows(out, ("vertex", "segment"), enumerate(labels.tolist()))
+    if figure is not None:
+        from ..report import segment_figure
+
+        segment_figure(shape, labels, frame, title="AHA segments").savefig(figure)
+    facts = {
+        "vertices": shape.n_vertices, "rotation_from": frame.origin, "confidence": round(frame.confidence, 3),
+        "axis_mm": round(frame.length, 2), "apex": frame.apex.round(2).tolist(), "base": frame.base.round(2).tolist(),
+        "vertices_of_segments": {str(s): int((labels == s).sum()) for s in range(18)}, "written": str(out),
+    }  # fmt: skip
+    if frame.confidence < 0.5:
+        complain(
+            "warning", f"rotation {frame.origin}, confidence {frame.confidence:.2f}: give septal landmarks"
+        )
+    _show("Segments", facts, as_json)
+
+
+@heart.command()
+def describe(
+    source: Source,
+    out: Annotated[
+        Path, typer.Option("--out", "-o", metavar="FILE", help="Arrays to write: .npz, or .csv of segments.")
+    ],
+    landmarks: Landmarks = None,
+    mask: Mask = None,
+    right_ventricle: Right = None,
+    points: Points = 500,
+    radius: Radius = 3.0,
+    seed: Seed = 0,
+    jobs: Jobs = None,
+    as_json: AsJson = False,
+) -> None:
+    """Measure 23 numbers at points of every segment, the roughness of each, and the cavity."""
+    from .. import save_arrays
+
+    with_ending(out, (".npz", ".csv"))
+    found = _described(source, landmarks, mask, right_ventricle, points, radius, seed, jobs)
+    features = found.features
+    if out.suffix.lower() == ".npz":
+        arrays = ("values", "segments", "vertices", "roughness", "areas")
+        save_arrays(out, {**{name: getattr(features, name) for name in arrays}, "labels": found.labels})
+    else:
+        _write_segments(out, found)
+    facts = {
+        "points": len(features.values), "missing": features.n_missing,
+        "roughness_per_mm": round(features.roughness[0], 4),
+        "cavity_ml": _number(features.cavity_ml), "cautions": list(found.cautions), "written": str(out),
+    }  # fmt: skip
+    _show("Ventricle", facts, as_json)
+
+
+@heart.command()
+def report(
+    source: Source,
+    out: Annotated[
+        Path, typer.Option("--out", "-o", metavar="DIR", help="Folder for the page, figures and tables.")
+    ],
+    landmarks: Landmarks = None,
+    mask: Mask = None,
+    right_ventricle: Right = None,
+    points: Points = 500,
+    radius: Radius = 3.0,
+    seed: Seed = 0,
+    jobs: Jobs = None,
+    as_json: AsJson = False,
+) -> None:
+    """Take one patient from a CT to one HTML page. Research software, not a medical device."""
+    from .. import __version__, save_mesh
+    from ..heart import save_mask
+    from ..report import bulls_eye_figure, heart_page, segment_figure, write_page
+
+    out.mkdir(parents=True, exist_ok=True)
+    found = _described(source, landmarks, mask, right_ventricle, points, radius, seed, jobs)
+    settings = {"input": source.name, "pliant": __version__}
+    write_page(
+        out / "report.html", heart_page(found, title=f"Left ventricle: {source.name}", settings=settings)
+    )
+    save_mesh(out / "endocardium.ply", found.mesh)
+    _write_segments(out / "segments.csv", found)
+    rough = found.features.roughness[1:]
+    bulls_eye_figure(rough, title="Roughness", label="mean curvedness (1/mm)").savefig(out / "bulls_eye.png")
+    segment_figure(found.mesh, found.labels, found.frame, title="AHA segments").savefig(out / "segments.png")
+    steps = {
+        **settings,
+        "steps": {k: dict(v) for k, v in found.steps.items()},
+        "cautions": list(found.cautions),
+    }
+    _write_text(out / "steps.json", json.dumps(steps, indent=2, default=_plain) + "\n")
+    written = [
+        "report.html",
+        "endocardium.ply",
+        "segments.csv",
+        "bulls_eye.png",
+        "segments.png",
+        "steps.json",
+    ]
+    if found.volume is not None and found.mask is not None:
+        save_mask(found.mask, found.volume, out / "blood_pool.nii.gz")
+        written.append("blood_pool.nii.gz")
+    facts = {
+        "cavity_ml": _number(found.features.cavity_ml), "axis_mm": round(found.frame.length, 1),
+        "cautions": list(found.cautions), "written": [str(out / name) for name in written],
+    }  # fmt: skip
+    _show("Left ventricle (research software, not a medical device)", facts, as_json)
+
+
+@heart.command()
+def study(
+    cohort: Annotated[
+        Path,
+        typer.Argument(
+            metavar="COHORT", exists=True, help="CSV: subject, mesh or volume, landmarks, stenosis_LAD ..."
+        ),
+    ],
+    out: Annotated[
+        Path, typer.Option("--out", "-o", metavar="DIR", help="Folder for results; a run resumes there.")
+    ],
+    scenario: Annotated[
+        Literal["global", "segment", "territory"],
+        typer.Option(help="One bag a subject, segment or territory."),
+    ] = "territory",
+    folds: Annotated[int, typer.Option(min=0, help="Of the cross-validation; 0 leaves one out.")] = 10,
+    repeats: Annotated[int, typer.Option(min=1, help="How often folds are drawn.")] = 3,
+    permutations: Annotated[int, typer.Option(min=0, help="Shuffles of the labels for the null.")] = 100,
+    words: Annotated[int, typer.Option(min=2, help="Size of the vocabulary.")] = 20,
+    weighting: Annotated[
+        Literal["blocks", "plain"], typer.Option(help="Kinds of numbers alike, or columns.")
+    ] = "blocks",
+    points: Points = 500,
+    radius: Radius = 3.0,
+    seed: Seed = 0,
+    scheduler: Annotated[
+        str | None, typer.Option(metavar="ADDRESS", help="Measure on a Dask cluster.")
+    ] = None,
+    jobs: Jobs = None,
+    as_json: AsJson = False,
+) -> None:
+    """Predict stenosis from shape over a cohort, beside references, baselines and a null."""
+    from ..heart import BagOfFeatures, describe_cohort, heart_study, read_heart_cohort
+
+    subjects = read_heart_cohort(cohort)
+    measured = describe_cohort(
+        subjects,
+        out,
+        points=points,
+        radius=radius,
+        rng=seed,
+        n_jobs=jobs,
+        scheduler=scheduler,
+        progress=not as_json,
+    )
+    graded = any(subject.stenosis for subject in subjects)
+    features, labels, left_out = measured.for_stenosis() if graded else measured.for_disease()
+    found = heart_study(
+        features,
+        labels if graded else None,
+        diseased=None if graded else labels,
+        scenario=scenario if graded else "global",
+        methods={"bag of features": BagOfFeatures(words, weighting=weighting, rng=seed)},
+        folds=folds or "leave-one-out",
+        repeats=repeats,
+        permutations=permutations,
+        rng=seed,
+        n_jobs=jobs,
+        progress=not as_json,
+    )
+    rows = found.table()
+    _write_table(out / f"{found.scenario}.csv", rows)
+    _write_rows(out / "left_out.csv", ("subject", "reason"), left_out.items())
+    _write_text(out / "settings.json", json.dumps({**found.settings, **measured.settings}, indent=2) + "\n")
+    if as_json:
+        say_json({"rows": rows, "left_out": left_out, "settings": dict(found.settings)})
+        return
+    _show_study(found)
+    for name, reason in left_out.items():
+        say(f"left out: {name}: {reason}")
+    say(f"wrote {out / f'{found.scenario}.csv'}")
+
+
+def _described(
+    source: Path,
+    landmarks: Path | None,
+    mask: Path | None,
+    right_ventricle: Path | None,
+    points: int,
+    radius: float,
+    seed: int,
+    jobs: int | None,
+) -> HeartDescription:
+    from ..heart import describe_heart, load_volume, read_heart_landmarks
+    from ..mesh import load_mesh
+
+    endings = (".ply", ".vtk", ".vtp", ".vtu", ".obj", ".off", ".stl", ".gii")
+    is_mesh = source.is_file() and source.name.lower().removesuffix(".gz").endswith(endings)
+    found = describe_heart(
+        load_mesh(source) if is_mesh else load_volume(source),
+        mask=None if mask is None else load_volume(mask).values > 0.5,
+        landmarks=read_heart_landmarks(landmarks) if landmarks else None,
+        right_ventricle=None if right_ventricle is None else load_volume(right_ventricle),
+        points=points,
+        radius=radius,
+        rng=seed,
+        n_jobs=jobs,
+    )
+    for text in found.cautions:
+        complain("warning", text)
+    return found
+
+
+def _write_segments(path: Path, found: HeartDescription) -> None:
+    from ..heart import SEGMENT_NAMES, TERRITORIES
+
+    of = {s: name for name, numbers in TERRITORIES.items() for s in numbers}
+    rows = (
+        (
+            s,
+            SEGMENT_NAMES[s - 1],
+            of[s],
+            f"{found.features.areas[s]:.6g}",
+            f"{found.features.roughness[s]:.6g}",
+        )
+        for s in range(1, 18)
+    )
+    _write_rows(path, ("segment", "name", "territory", "area_mm2", "roughness_per_mm"), rows)
+
+
+def _show_study(found: HeartStudy) -> None:
+    rows = [
+        (
+            f"{row.unit}: {row.method}, {row.model}",
+            "balanced accuracy" if row.kind == "class" else "r",
+            f"{row.score.value:.2f}",
+            f"{row.score.low:.2f} to {row.score.high:.2f}",
+            "" if row.score.null != row.score.null else f"{row.score.null:.2f}",
+            "" if row.score.p != row.score.p else f"{row.score.p:.3f}",
+        )
+        for row in found.rows
+    ]
+    show_table("Study", ("unit: method, model", "score", "value", "95 % interval", "null 95 %", "p"), rows)
+
+
+def _show(title: str, facts: dict[str, Any], as_json: bool) -> None:
+    if as_json:
+        say_json(json.loads(json.dumps(facts, default=_plain)))
+        return
+    show_facts(title, {name.replace("_", " "): str(value) for name, value in facts.items()})
+
+
+def _plain(value: Any) -> Any:
+    """Turn what JSON does not know into what it does."""
+    return value.tolist() if hasattr(value, "tolist") else str(value)
+
+
+def _number(value: float) -> float | None:
+    return None if value != value else round(value, 2)
+
+
+def _write_table(path: Path, rows: list[dict[str, Any]]) -> None:
+    names = list(dict.fromkeys(name for row in rows for name in row))
+    _write_rows(path, names, ([row.get(name) for name in names] for row in rows))
+
+
+def _write_rows(path: Path, names: Any, rows: Any) -> None:
+    text = io.StringIO(newline="")
+    writer = csv.writer(text, lineterminator="\n")
+    writer.writerow(names)
+    writer.writerows(rows)
+    _write_text(path, text.getvalue())
+
+
+def _write_text(path: Path, text: str) -> None:
+    from ..mesh.formats import write_atomically
+
+    write_atomically(path, text.encode())
