@@ -76,6 +76,7 @@ ROOMS = {
     "matching.symmetry": "Symmetry",
     "evaluate": "Evaluation",
     "images": "Images",
+    "retrieval": "Retrieval",
     "cortex": "Cortex",
     "report": "Figures and pages",
     "errors": "Errors",

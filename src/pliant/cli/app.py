@@ -8,6 +8,7 @@ import typer
 
 from .bench import bench
 from .bench_cortex import cortex as bench_cortex
+from .bench_retrieval import retrieval as bench_retrieval
 from .bench_service import service
 from .bench_shapes import descriptors, maps
 from .components import components
@@ -48,6 +49,7 @@ bench.command()(descriptors)
 bench.command()(maps)
 bench.command()(service)
 bench.command("cortex")(bench_cortex)
+bench.command("retrieval")(bench_retrieval)
 app.add_typer(bench)
 app.add_typer(data)
 app.add_typer(heart)

@@ -3,6 +3,7 @@
 from .hits import DEFAULT_FRACTIONS, HitRates, hit_rate, mean_hit_rates
 from .maps import MapError, map_error
 from .relevance import RelevanceScores, relevance_scores
+from .retrieval import RetrievalScores, crossed_interval, retrieval_scores
 from .robustness import NoiseCurve, noise_curve, part_of, relative_errors
 
 __all__ = [
@@ -11,6 +12,8 @@ __all__ = [
     "MapError",
     "NoiseCurve",
     "RelevanceScores",
+    "RetrievalScores",
+    "crossed_interval",
     "hit_rate",
     "map_error",
     "mean_hit_rates",
@@ -18,4 +21,5 @@ __all__ = [
     "part_of",
     "relative_errors",
     "relevance_scores",
+    "retrieval_scores",
 ]
