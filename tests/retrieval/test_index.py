@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import threading
+
 import numpy as np
 import pytest
 from hypothesis import given
@@ -226,3 +228,33 @@ def test_an_index_without_a_model_says_so(tmp_path):
         ShapeIndex(8).save(tmp_path / "index")
     with pytest.raises(InputError, match="name a folder"):
         ShapeIndex(8).save()
+
+
+def test_threads_that_add_search_and_remove_at_once_see_a_whole_index(tmp_path):
+    """Every answer holds only items that were added, each with its own distance."""
+    ShapeIndex(64).save(tmp_path / "index")
+    rng = np.random.default_rng(6)
+    codes = random_codes(rng, 400, 64)
+    wrong: list[str] = []
+    with ShapeIndex.load(tmp_path / "index") as index:
+        index.add(codes[:40])
+        done = threading.Event()
+
+        def look() -> None:
+            while not done.is_set():
+                found = index.search(codes[:3], 30)
+                apart = np.bitwise_xor(codes[:3, None], codes[found.ids - 1])
+                if not np.array_equal(np.unpackbits(apart, axis=2).sum(axis=2), found.distances):
+                    wrong.append("a distance is not that of its id")
+
+        watchers = [threading.Thread(target=look) for _ in range(3)]
+        for watcher in watchers:
+            watcher.start()
+        for first in range(40, 400, 20):
+            index.add(codes[first : first + 20])
+        index.remove(np.arange(1, 21))
+        done.set()
+        for watcher in watchers:
+            watcher.join()
+        assert len(index) == 380
+    assert wrong == []

@@ -132,7 +132,7 @@ def clients(
     psutil = require("psutil", "bench")
     bodies = [Path(path).read_bytes() for path in pictures]
     with _served(index) as (address, process):
-        held, said, waits = psutil.Process(process.pid), [], list[float]()
+        held, said, waits = psutil.Process(process.pid), list[str](), list[float]()
         until = time.monotonic() + seconds
         crowd = [
             threading.Thread(target=_ask, args=(address, bodies, k, until, waits, said)) for k in range(count)
