@@ -26,9 +26,14 @@ _MODULES = (
     "figure_3_10",
     "table_4_1",
     "figure_4_6",
+    "table_5_2",
+    "table_5_7",
+    "table_5_8",
+    "table_5_9",
     "table_6_1",
     "table_6_2",
     "figure_6_5",
+    "figure_6_6",
 )
 
 
