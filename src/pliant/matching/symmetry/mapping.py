@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import asdict, dataclass
 
 import numpy as np
@@ -13,29 +12,20 @@ from ...errors import InputError
 from ...mesh import Mesh
 from ...spectral import Spectrum
 from ._frame import Coarse, Frame
-from ._refine import coarse_points, dense_points, first_map, grown, orthogonal, reversed_share
+from ._guesses import FIRST, FOLDS, MOVES, QUICK, SAME, WIDTHS, Guess, distinct_guesses, measured
+from ._refine import dense_points, grown, orthogonal
 from ._slide import slides
-from .measures import MapQuality, quality_of, signature_residual
-from .voting import agreements, best_per_source, candidate_pairs
+from .measures import MapQuality, quality_of
+from .voting import candidate_pairs
 
 __all__ = ["GlobalSearch", "Limits", "Reflection", "reflections"]
 
-_WIDTHS = (0.02, 0.03, 0.05)
-_SEEDS = 5
-# A quick look at every guess, a careful one at the best.
-_QUICK = (500, 60, 8)
+# A careful look at the best guesses: samples, step.
 _CAREFUL = (1500, 4)
-_FINALISTS = 8
-_SAME = 0.1
-# A reflection and the same with its trunk turned about are this near, and both may be among the guesses.
-_ALIKE = 0.03
 # Two reflections agree along curves; one that agrees with a better one over more is that one, part of it flipped.
 _SHARED = 0.25
-_FEWEST = 4
-_FIRST = 20
-_TURNED = 10.0
-# Of two maps nearly as good, the one that moves more: limbs left where they are cost little distortion.
-_MOVES = 0.5
+# What keeps the orientation or hardly moves is not worth a dense map, but for the reasons of the first.
+_HOPELESS = 5.0
 # Between surfaces of revolution (0 to .1 with a mesh's noise) and an ellipsoid (.14), round limbs (.22).
 _ORBITS = 0.13
 # Of channels whose mean is 1: a sphere has the noise of its mesh.
@@ -214,13 +204,13 @@ def search_reflections(
     frame: Frame, pairs: tuple[IntArray, IntArray], k: int, limits: Limits
 ) -> GlobalSearch:
     """Run the search on a surface that has been seen to have no continuous symmetry."""
-    if isinstance(k, bool) or int(k) != k or k < _FIRST:
-        message = f"k must be a whole number of {_FIRST} or more, got {k}"
+    if isinstance(k, bool) or int(k) != k or k < FIRST:
+        message = f"k must be a whole number of {FIRST} or more, got {k}"
         raise InputError(message)
     coarse = Coarse(frame, frame.samples(_CAREFUL[0]))
     k = min(k, frame.spectrum.k, len(coarse.samples) // 3)
     with threadpool_limits(1):  # matrices this small lose more than they gain by threads
-        guesses = _distinct_guesses(coarse.first(_QUICK[0]), *pairs, k)
+        guesses = distinct_guesses(coarse.first(QUICK[0]), *pairs, k)
         return _judged(coarse, guesses, pairs, k, limits)
 
 
@@ -240,108 +230,21 @@ def continuous_symmetry(frame: Frame) -> str:
     return ""
 
 
-def consistent_sets(
-    frame: Frame, sources: IntArray, targets: IntArray, width: float
-) -> Iterator[tuple[IntArray, IntArray]]:
-    """Yield sets of pairs that agree among themselves, one pair a source, from seeds no earlier set explains."""
-    table = agreements(frame, sources, targets, width)
-    starts = np.flatnonzero(np.diff(sources, prepend=-1))
-    votes = np.maximum.reduceat(table, starts, axis=1)
-    left = votes.sum(axis=1)
-    chosen = best_per_source(sources, left, 0.5)
-    yield sources[chosen], targets[chosen]
-    for _ in range(_SEEDS):
-        if left.max(initial=0.0) <= _FEWEST:
-            return
-        score = table[:, int(left.argmax())]
-        for _round in range(4):
-            chosen = best_per_source(sources, score, 0.3)
-            score = table[:, chosen].mean(axis=1)
-        yield sources[chosen], targets[chosen]
-        left = np.where(score > 0.5 * score.max(), 0.0, left)
-        left[chosen] = 0.0
-
-
-@dataclass(frozen=True, eq=False)
-class _Guess:
-    matrix: FloatArray
-    points: IntArray
-    merit: float
-
-
-def _distinct_guesses(coarse: Coarse, sources: IntArray, targets: IntArray, k: int) -> list[_Guess]:
-    """Refine every guess quickly; keep the best few that differ."""
-    guesses = []
-    if not len(sources):
-        return []
-    for width in _WIDTHS:
-        for a, b in consistent_sets(coarse.frame, sources, targets, width):
-            if len(a) < _FEWEST:
-                continue
-            matrix = first_map(coarse, a, b, min(_FIRST, k))
-            matrix = grown(coarse, matrix, min(_QUICK[1], k), _QUICK[2])
-            guesses.append(_measured(coarse, matrix))
-    guesses.sort(key=lambda guess: guess.merit)
-    if guesses and not any(guess.merit < _TURNED / 2 for guess in guesses):
-        guesses = sorted(guesses + _flipped(coarse, guesses, k), key=lambda guess: guess.merit)
-    kept: list[_Guess] = []
-    for guess in guesses:
-        if all(_apart(coarse, guess.points, other.points) > _ALIKE for other in kept):
-            kept.append(guess)
-    return kept[:_FINALISTS]
-
-
-def _flipped(coarse: Coarse, guesses: list[_Guess], k: int) -> list[_Guess]:
-    """Refine the best guesses again from the negative of one eigenfunction's image, for each of the first.
-
-    A limb's pairs say nothing of front and back: rotations and half-turned reflections keep them too.
-    """
-    found = []
-    first = min(_FIRST, k)
-    for guess in guesses[:2]:
-        for i in range(1, first):
-            matrix = guess.matrix[:first, :first].copy()
-            matrix[:, i] *= -1
-            found.append(_measured(coarse, grown(coarse, orthogonal(matrix), min(_QUICK[1], k), _QUICK[2])))
-    return found
-
-
-def _measured(coarse: Coarse, matrix: FloatArray) -> _Guess:
-    """Merit of a map between samples: small where it distorts little, keeps signatures, and is its own inverse."""
-    frame = coarse.frame
-    points = coarse_points(coarse, matrix)
-    image = coarse.samples[points]
-    change = np.abs(frame.distances(coarse.samples, coarse.samples) - frame.distances(image, image))
-    distortion = coarse.weights @ change @ coarse.weights
-    residual = signature_residual(frame, coarse.samples, image, coarse.weights)
-    back = _apart(coarse, points[points], np.arange(len(points)))
-    moved = _apart(coarse, points, np.arange(len(points)))
-    # What hardly moves, the identity, and what keeps the orientation come last.
-    penalty = _TURNED * float(reversed_share(coarse, coarse, matrix, points) < 0.6) + _TURNED * float(
-        moved < _SAME
-    )
-    return _Guess(matrix, points, float(distortion + residual + back - _MOVES * moved) + penalty)
-
-
-def _apart(coarse: Coarse, a: IntArray, b: IntArray) -> float:
-    """Mean distance between the images of the samples under two maps."""
-    embedding = coarse.frame.embedding[coarse.samples]
-    return float(coarse.weights @ np.linalg.norm(embedding[a] - embedding[b], axis=1))
-
-
 def _judged(
-    coarse: Coarse, guesses: list[_Guess], pairs: tuple[IntArray, IntArray], k: int, limits: Limits
+    coarse: Coarse, guesses: list[Guess], pairs: tuple[IntArray, IntArray], k: int, limits: Limits
 ) -> GlobalSearch:
     if not guesses:
         reason = "asymmetric: no set of points far apart looks alike and keeps its distances"
         return GlobalSearch((), (reason,))
-    frame = coarse.frame
+    frame, quick = coarse.frame, coarse.first(QUICK[0])
     passed: list[Reflection] = []
     reasons: list[str] = []
-    for guess in guesses:
+    for i, guess in enumerate(guesses):
         # From the start again: what few samples put wrong above the first eigenfunctions would stay wrong.
-        first = min(_FIRST, k)
+        first = min(guess.settled, k)
         matrix = grown(coarse, orthogonal(guess.matrix[:first, :first]), k, _CAREFUL[1], symmetric=True)
+        if i and measured(quick, matrix).merit > _HOPELESS:
+            continue
         image = dense_points(coarse, matrix)
         quality = quality_of(frame, image)
         support = support_of(frame, *pairs, image)
@@ -354,7 +257,7 @@ def _judged(
     for found in sorted(passed, key=_merit):
         if all(_agreeing_area(frame, found.point_map, other.point_map) < _SHARED for other in taken):
             taken.append(found)
-    if any(slides(coarse.first(_QUICK[0]), found.matrix, min(_QUICK[1], k), _QUICK[2]) for found in taken):
+    if any(slides(quick, found.matrix, min(QUICK[1], k), QUICK[2]) for found in taken):
         reason = (
             "continuous symmetry: a reflection turned by any angle is as good, as on a surface of revolution; "
             "no one reflection is meant"
@@ -365,11 +268,12 @@ def _judged(
 
 def _merit(reflection: Reflection) -> float:
     quality = reflection.quality
-    return quality.distortion + quality.residual + quality.involution - _MOVES * quality.displacement
+    folding = FOLDS * (1 - quality.reversed_area)
+    return quality.distortion + quality.residual + quality.involution + folding - MOVES * quality.displacement
 
 
 def _agreeing_area(frame: Frame, a: IntArray, b: IntArray) -> float:
-    near: BoolArray = np.linalg.norm(frame.embedding[a] - frame.embedding[b], axis=1) < _SAME
+    near: BoolArray = np.linalg.norm(frame.embedding[a] - frame.embedding[b], axis=1) < SAME
     return float(frame.areas[near].sum())
 
 
@@ -380,14 +284,14 @@ def support_of(frame: Frame, sources: IntArray, targets: IntArray, image: IntArr
         return 0.0
     sources, targets = sources[known], targets[known]
     gaps = np.linalg.norm(frame.embedding[image[sources]] - frame.embedding[targets], axis=1)
-    near: BoolArray = gaps < 2 * _WIDTHS[-1]
+    near: BoolArray = gaps < 2 * WIDTHS[-1]
     return len(np.unique(sources[near])) / len(np.unique(sources))
 
 
 def _refusal(quality: MapQuality, failures: tuple[str, ...]) -> str:
     if quality.reversed_area < 0.1 and len(failures) == 1:
         kind = "a rotation, not a reflection"
-    elif quality.displacement < _SAME:
+    elif quality.displacement < SAME:
         kind = "collapsed to the identity"
     else:
         kind = "asymmetric: the best map found is no reflection"
