@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from collections import deque
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
@@ -25,6 +26,8 @@ PATIENCE = 30.0
 AHEAD = 3
 # Times in a row that everything is sent again when every worker that held the shared part has died.
 LOSSES = 3
+# Seconds after which a scheduler has noticed that a worker is gone.
+PAUSE = 0.5
 
 
 def map_ordered(
@@ -129,6 +132,13 @@ class _Run:
         self.shared = self._shared()
 
     def _shared(self) -> Any:
+        """Send the function to every worker, again where one ends while it is sent."""
+        for _ in range(LOSSES):
+            try:
+                return self.client.scatter(self.function, broadcast=True, hash=False)
+            except OSError:
+                time.sleep(PAUSE)
+                self.client.wait_for_workers(1, timeout=PATIENCE)
         return self.client.scatter(self.function, broadcast=True, hash=False)
 
     def _submitted(self, item: Any) -> Any:

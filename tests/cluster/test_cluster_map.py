@@ -97,3 +97,18 @@ def test_a_scheduler_that_does_not_answer(monkeypatch: pytest.MonkeyPatch) -> No
         pytest.raises(UnavailableError, match="no workers"),
     ):
         list(map_ordered(abs, [1], scheduler=empty.scheduler_address))
+
+
+def test_a_worker_that_ends_while_it_is_sent_to(cluster: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+    tried = []
+    scatter = distributed.Client.scatter
+
+    def broken_once(self: Any, *args: Any, **options: Any) -> Any:
+        tried.append(1)
+        if len(tried) == 1:
+            raise OSError("stream is closed")
+        return scatter(self, *args, **options)
+
+    monkeypatch.setattr(distributed.Client, "scatter", broken_once)
+    assert list(map_ordered(abs, [-1, -2], scheduler=cluster.scheduler_address)) == [1, 2]
+    assert len(tried) == 2
