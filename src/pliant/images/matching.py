@@ -133,7 +133,7 @@ def match_pair(
     pictures. Do not trust the boxes of a low score, nor those of two images that the same thing fills from edge
     to edge: what the object is, the pictures alone do not say. Rows of like houses can match one house off.
     Images turned by more than about 20 degrees, or whose object differs in size by more than 2, are beyond it.
-    Cost: about 0.4 s on one core, whatever the size of the images.
+    Cost: about 0.8 s on one core, whatever the size of the images.
 
     Examples
     --------
