@@ -136,9 +136,7 @@ def _write_text(path: Path, text: str) -> None:
 def _write_report(out: Path, found: Findings, settings: dict[str, Any]) -> list[str]:
     """Draw the figures and the page, on the first subject that was measured; return the files' names."""
     from .. import load_mesh
-    from ..report import write_page
-    from ..report.cohort import extremes_figure, ranking_figure, sites_figure
-    from ..report.cohort_page import cohort_page
+    from ..report import cohort_page, extremes_figure, ranking_figure, sites_figure, write_page
 
     cohort, ranking = found.cohort, found.ranking
     first = next(i for i, error in enumerate(cohort.errors) if not error)
@@ -188,7 +186,7 @@ def _surface(mesh: Any, found: Findings, first: int) -> str:
 
 
 def _tables(found: Findings) -> list[Any]:
-    from ..report.cohort_page import CohortTable
+    from ..report import CohortTable
 
     tables = []
     if found.agreements:
@@ -210,7 +208,7 @@ def _tables(found: Findings) -> list[Any]:
 def _group_table(cohort: CohortResult, compared: GroupComparison) -> Any:
     import numpy as np
 
-    from ..report.cohort_page import CohortTable
+    from ..report import CohortTable
 
     order = np.lexsort((compared.p, compared.q))[:10]
     rows = [

@@ -18,6 +18,8 @@ if TYPE_CHECKING:
 
     from ..cortex import CohortResult, Variability
 
+__all__ = ["extremes_figure", "ranking_figure", "sites_figure"]
+
 _INK, _QUIET = "#1b1f24", "#5b6470"
 # Regular and variable sites as the dissertation colours them, and all others.
 _GREEN, _PINK, _OTHER = "#2e8b57", "#d6336c", "#4a5560"
