@@ -1,6 +1,6 @@
 """What Pliant costs against the number of vertices: hierarchy, field, eigenbasis, densities; a power law; a prediction.
 
-Every size is measured in a process of its own, phase by phase, after a warm-up on a small mesh, and its peak memory with it.
+Every size is measured in a process of its own, phase by phase, after a warm-up on a small mesh, with its peak memory.
 Processor seconds stand beside elapsed ones: on a machine that others use, they are what can be compared.
 """
 

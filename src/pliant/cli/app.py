@@ -9,8 +9,10 @@ import typer
 from .bench import bench
 from .bench_cortex import cortex as bench_cortex
 from .bench_retrieval import retrieval as bench_retrieval
+from .bench_scale import cluster, scaling
 from .bench_service import service
 from .bench_shapes import descriptors, maps
+from .bench_shapes import symmetry as bench_symmetry
 from .components import components
 from .correspond import correspond
 from .cortex import cortex
@@ -47,6 +49,9 @@ app.command()(reproduce)
 app.command()(view)
 bench.command()(descriptors)
 bench.command()(maps)
+bench.command("symmetry")(bench_symmetry)
+bench.command()(cluster)
+bench.command()(scaling)
 bench.command()(service)
 bench.command("cortex")(bench_cortex)
 bench.command("retrieval")(bench_retrieval)

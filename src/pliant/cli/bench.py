@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, Literal
 
 import typer
 
@@ -28,9 +28,21 @@ def field(
     ] = "4,5,6,7",
     repeats: Repeats = 3,
     distances: Annotated[bool, typer.Option(help="Also measure distances from all vertices.")] = True,
+    device: Annotated[
+        Literal["cpu", "cuda"], typer.Option(help="cuda: the device against the CPU and Johnson (Fig. 2.10).")
+    ] = "cpu",
+    meshes: Annotated[
+        list[Path] | None,
+        typer.Option("--mesh", metavar="MESH", help="With --device cuda: mesh files as well."),
+    ] = None,
     as_json: AsJson = False,
 ) -> None:
     """Measure exact betweenness and many-source distances against NetworKit, igraph and SciPy."""
+    if device == "cuda":
+        from .bench_scale import cuda_rows
+
+        cuda_rows(meshes, _levels(levels), as_json=as_json)
+        return
     from ..bench import field as measurements
     from ..bench.harness import machine
 
