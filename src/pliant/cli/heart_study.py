@@ -118,7 +118,7 @@ def segments(
     facts = {
         "vertices": shape.n_vertices, "rotation_from": frame.origin, "confidence": round(frame.confidence, 3),
         "axis_mm": round(frame.length, 2), "apex": frame.apex.round(2).tolist(), "base": frame.base.round(2).tolist(),
-        "vertices_of_segments": {str(s): int((labels == s).sum()) for s in range(18)}, "written": str(out),
+        "vertices_of_segments": [int((labels == s).sum()) for s in range(18)], "written": str(out),
     }  # fmt: skip
     if frame.confidence < 0.5:
         complain(
@@ -355,7 +355,18 @@ def _show(title: str, facts: dict[str, Any], as_json: bool) -> None:
     if as_json:
         say_json(json.loads(json.dumps(facts, default=_plain)))
         return
-    show_facts(title, {name.replace("_", " "): str(value) for name, value in facts.items()})
+    written = facts.get("written", [])
+    # Cautions are on standard error already.
+    shown = {name: value for name, value in facts.items() if name not in ("written", "cautions")}
+    show_facts(title, {name.replace("_", " "): _words(value) for name, value in shown.items()})
+    for path in [written] if isinstance(written, str) else written:
+        say(f"wrote {path}")
+
+
+def _words(value: Any) -> str:
+    if isinstance(value, dict):
+        return ", ".join(f"{name}: {number}" for name, number in value.items())
+    return f"{value:.4g}" if isinstance(value, float) else str(value)
 
 
 def _plain(value: Any) -> Any:

@@ -174,17 +174,19 @@ def segment_figure(
     # A pixel belongs to the triangle's first label; mixing colours would invent segments.
     table = segment_colours()[segments[mesh.faces[:, 0]]]
     pixel = 1.15 * frame.length / (0.3 * width * _DPI)
-    figure = Figure(figsize=(width, 0.36 * width), dpi=_DPI, facecolor="white")
+    body = 0.33 * width
+    height = body + (0.045 * width if title else 0)
+    figure = Figure(figsize=(width, height), dpi=_DPI, facecolor="white")
     for i, (name, towards) in enumerate(views.items()):
         raster = rasterise(mesh, np.array([np.cross(up, towards), up, towards]), pixel=pixel)
         colours = np.ones((*raster.face.shape, 3), dtype=np.float32)
         seen = raster.face >= 0
         colours[seen] = table[raster.face[seen]]
-        axes = figure.add_axes((0.01 + 0.245 * i, 0.03, 0.235, 0.80))
+        axes = figure.add_axes((0.01 + 0.245 * i, 0.02, 0.235, 0.90 * body / height))
         axes.imshow(paint(raster, colours), interpolation="antialiased")
         axes.set_axis_off()
-        figure.text(0.1275 + 0.245 * i, 0.85, name, size=9.5, color=_QUIET, ha="center")
-    figure.text(0.02, 0.97, title, size=12, weight="bold", color=_INK, va="top")
+        figure.text(0.1275 + 0.245 * i, 0.945 * body / height, name, size=9.5, color=_QUIET, ha="center")
+    figure.text(0.01, 0.985, title, size=12, weight="bold", color=_INK, va="top")
     return figure
 
 
@@ -240,9 +242,12 @@ def contour_figure(
     images = [_slice(volume, *plane) for plane in slices.values()]
     low, high = np.nanpercentile(images, [2, 99.5]) if window is None else window
     shades = colormaps["gray"].with_extremes(bad="black")
-    figure = Figure(figsize=(width, 0.27 * width), dpi=_DPI, facecolor="white")
+    # Inches for the pictures and, where there is one, for the title; the rest is in shares of both.
+    body = 0.215 * width
+    height = body + (0.045 * width if title else 0)
+    figure = Figure(figsize=(width, height), dpi=_DPI, facecolor="white")
     for i, (name, plane) in enumerate(slices.items()):
-        axes = figure.add_axes((0.005 + 0.199 * i, 0.01, 0.194, 0.72))
+        axes = figure.add_axes((0.005 + 0.199 * i, 0.01, 0.194, 0.194 * width / height))
         extent = (-_HALF_FIELD, _HALF_FIELD, -_HALF_FIELD, _HALF_FIELD)
         axes.imshow(images[i], cmap=shades, vmin=low, vmax=high, origin="lower", extent=extent)
         axes.add_collection(LineCollection(list(_section(mesh, *plane)), colors="#ffb000", linewidths=1.0))
@@ -250,8 +255,8 @@ def contour_figure(
         axes.set_axis_off()
         axes.plot([-_HALF_FIELD + 6, -_HALF_FIELD + 26], [-_HALF_FIELD + 6] * 2, color="white", lw=1.6)
         axes.text(-_HALF_FIELD + 6, -_HALF_FIELD + 9, "20 mm", color="white", size=6.5)
-        figure.text(0.102 + 0.199 * i, 0.76, name, size=9, color=_QUIET, ha="center")
-    figure.text(0.01, 0.97, title, size=12, weight="bold", color=_INK, va="top")
+        figure.text(0.102 + 0.199 * i, 0.93 * body / height, name, size=9, color=_QUIET, ha="center")
+    figure.text(0.01, 0.985, title, size=12, weight="bold", color=_INK, va="top")
     return figure
 
 

@@ -25,6 +25,9 @@ DISCLAIMER = (
     "Research software, not a medical device: not for diagnosis or treatment. Nothing here has been validated on "
     "patients with known stenosis."
 )
+_NOTES = (
+    "The endocardium of the left ventricle in RAS millimetres; the settings of every step are at the end."
+)
 _STYLE = """
 .disclaimer { border: 1px solid var(--wrong); border-left-width: 6px; border-radius: 6px; padding: 10px 14px; }
 .disclaimer { margin: 0 0 16px; }
@@ -88,7 +91,7 @@ def heart_page(
         description.mesh,
         layers,
         title=title,
-        notes=DISCLAIMER,
+        notes=_NOTES,
         settings=rows,
         colour_map="cividis",
         length_unit="mm",
