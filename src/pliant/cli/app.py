@@ -8,6 +8,7 @@ import typer
 
 from .bench import bench
 from .bench_cortex import cortex as bench_cortex
+from .bench_heart import heart as bench_heart
 from .bench_retrieval import retrieval as bench_retrieval
 from .bench_scale import cluster, scaling
 from .bench_service import service
@@ -54,6 +55,7 @@ bench.command()(cluster)
 bench.command()(scaling)
 bench.command()(service)
 bench.command("cortex")(bench_cortex)
+bench.command("heart")(bench_heart)
 bench.command("retrieval")(bench_retrieval)
 app.add_typer(bench)
 app.add_typer(data)
