@@ -17,7 +17,7 @@ STEP, _SIGMA = 2.0, 1.0
 # A chamber's wall is looked for in this shell around it, in mm; myocardium has CT numbers above the first here.
 _SHELL, _TISSUE = (2.0, 7.0), 20.0
 # What a part of the left ventricle must be: share of wall in its shell, with and without the blood next to it.
-_LEAST_WALL, _LEAST_OF_TISSUE, _LEAST_VOLUME = 0.5, 0.85, 15.0
+_LEAST_WALL, _LEAST_OF_TISSUE, _LEAST_VOLUME = 0.4, 0.85, 15.0
 # Contact that joins two parts of one chamber, or a neighbour to the ventricle, in mm².
 _CONTACT = 150.0
 # Blood with contrast agent is at least this much brighter than the tissue around it, in HU.
@@ -38,6 +38,13 @@ class Chambers:
     beyond: BoolArray
     others: BoolArray
     wall_share: float
+
+    @property
+    def affine(self) -> FloatArray:
+        """(4, 4) from coarse voxels to RAS mm."""
+        matrix = np.diag([STEP, STEP, STEP, 1.0])
+        matrix[:3, 3] = self.corner
+        return matrix
 
     def points(self, mask: BoolArray) -> FloatArray:
         """(k, 3) RAS positions of the voxels of a mask, in mm."""

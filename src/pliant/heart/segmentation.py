@@ -25,8 +25,8 @@ Method: TypeAlias = Literal["threshold", "region", "edge"]
 Smoothing: TypeAlias = Literal["gaussian", "median"]
 Field: TypeAlias = NDArray[np.float32]
 
-# Around the coarse ventricle: what is looked at, what counts as leaked, and how much of that is a leak.
-_MARGIN, _LEAKED, _LEAK_SHARE = 12.0, 6.0, 0.04
+# Around the coarse ventricle: what is looked at, what counts as leaked, and how much of that, or of all, is a leak.
+_MARGIN, _LEAKED, _LEAK_SHARE, _LARGER = 12.0, 6.0, 0.04, 1.45
 # Holes smaller than this are noise, mm³; larger ones are muscle.
 _SPECK = 30.0
 
@@ -153,7 +153,8 @@ def segment_blood_pool(
     width = checked_options(method, smoothing, width)
     where = checked_mask(mask, volume)
     chambers = find_chambers(volume, seed=checked_point(seed, "seed"), near=where)
-    point, normal, confidence = _plane(basal_plane, chambers)
+    neck = narrowest_plane(chambers)
+    point, normal, confidence = neck if basal_plane is None else _given_plane(basal_plane, chambers)
     box = _box(volume, chambers, point, normal)
     part = Volume(volume.values[box], _shifted(volume, box), volume.modality, volume.units)
     smooth = _smoothed(part, smoothing, width)
@@ -170,7 +171,7 @@ def segment_blood_pool(
     pool = _without_specks(pool, part)
     found = np.zeros(volume.shape, dtype=bool)
     found[box] = pool
-    leak, said = _judged(found, volume, chambers, confidence)
+    leak, said = _judged(found, volume, chambers, neck, confidence)
     for text in said:
         warnings.warn(text, PliantWarning, stacklevel=2)
     blood, wall = chambers.levels
@@ -231,11 +232,9 @@ def volume_overlap(
     return 2 * both / total if measure == "dice" else both / (total - both)
 
 
-def _plane(
-    given: tuple[ArrayLike, ArrayLike] | None, chambers: Chambers
+def _given_plane(
+    given: tuple[ArrayLike, ArrayLike], chambers: Chambers
 ) -> tuple[FloatArray, FloatArray, float]:
-    if given is None:
-        return narrowest_plane(chambers)
     if len(given) != 2:
         message = f"basal_plane must be a point and a normal, got {len(given)} values"
         raise InputError(message)
@@ -367,10 +366,16 @@ def _without_specks(pool: BoolArray, part: Volume) -> BoolArray:
 
 
 def _judged(
-    found: BoolArray, volume: Volume, chambers: Chambers, confidence: float
+    found: BoolArray,
+    volume: Volume,
+    chambers: Chambers,
+    neck: tuple[FloatArray, FloatArray, float],
+    confidence: float,
 ) -> tuple[bool, tuple[str, ...]]:
     """Say whether the mask leaks, and what else to look at."""
-    room = ndimage.distance_transform_edt(~chambers.ventricle) * STEP <= _LEAKED
+    grid = Volume(chambers.values, chambers.affine)
+    own = chambers.ventricle | (chambers.beyond & _below(grid, neck[0], neck[1]))
+    room = ndimage.distance_transform_edt(~own) * STEP <= _LEAKED
     out = float((found & ~chambers.at(volume, room)).sum() / found.sum())
     said = []
     if out > _LEAK_SHARE:
@@ -378,6 +383,9 @@ def _judged(
             f"leak: {100 * out:.0f} % of the mask lies more than {_LEAKED:g} mm outside the ventricle found at "
             "first; move the basal plane towards the apex"
         )
+    larger = float(found.sum() * volume.voxel_volume / (chambers.ventricle.sum() * STEP**3))
+    if larger > _LARGER:
+        said.append(f"leak: the mask is {larger:.1f} times as large as the ventricle found at first")
     faces = [found[0], found[-1], found[:, 0], found[:, -1], found[:, :, 0], found[:, :, -1]]
     touching = sum(int(face.sum()) for face in faces)
     if touching:
