@@ -203,7 +203,17 @@ def test_tables_that_cannot_be_read_say_why(tmp_path: Path, text: str, match: st
         read_heart_cohort(tmp_path / "t.csv")
 
 
-@pytest.mark.parametrize("text", ["[]", "{", '{"top": [1, 2, 3]}', '{"apex": [1, 2]}', '{"apex": "here"}'])
+@pytest.mark.parametrize(
+    "text",
+    [
+        "[]",
+        "{",
+        '{"top": [1, 2, 3]}',
+        '{"apex": [1, 2, 3], "space": "LPS"}',
+        '{"apex": [1, 2]}',
+        '{"apex": "here"}',
+    ],
+)
 def test_landmark_files_that_cannot_be_read_say_why(tmp_path: Path, text: str) -> None:
     (tmp_path / "l.json").write_text(text)
     with pytest.raises(FileFormatError, match=r"l\.json"):

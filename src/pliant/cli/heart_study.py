@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 import typer
 
 from .ending import complain
-from .heart import heart
+from .heart import heart as heart
 from .output import folder_checked, say, say_json, show_facts, show_table, with_ending
 
 if TYPE_CHECKING:

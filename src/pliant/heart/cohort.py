@@ -135,7 +135,7 @@ def read_heart_landmarks(path: str | os.PathLike[str]) -> dict[str, FloatArray]:
     Parameters
     ----------
     path : path-like
-        Positions in RAS mm.
+        Positions in RAS mm. Other entries are left alone, but for ``space`` and ``unit``, which must be RAS and mm.
 
     Returns
     -------
@@ -161,11 +161,15 @@ def read_heart_landmarks(path: str | os.PathLike[str]) -> dict[str, FloatArray]:
         message = f"{path}: landmarks must be a JSON file: {error}"
         raise FileFormatError(message) from error
     shapes = {"apex": (3,), "base": (3,), "septum": (3, 3)}
-    if not isinstance(content, dict) or not content or set(content) - set(shapes):
+    if not isinstance(content, dict) or not set(content) & set(shapes):
         message = f"{path}: landmarks must be an object with any of {', '.join(shapes)}"
         raise FileFormatError(message)
+    if content.get("space", "RAS") != "RAS" or content.get("unit", "mm") != "mm":
+        said = f"{content.get('space', 'RAS')}, {content.get('unit', 'mm')}"
+        message = f"{path}: landmarks must be in RAS mm, this file says {said}"
+        raise FileFormatError(message)
     found = {}
-    for name, values in content.items():
+    for name, values in ((name, content[name]) for name in shapes if name in content):
         try:
             found[name] = as_floats(values, name)
         except InputError as error:

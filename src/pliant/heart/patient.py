@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any, TypeAlias
@@ -10,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from .._arrays import BoolArray, FloatArray, IntArray, as_floats, frozen
-from ..errors import InputError
+from ..errors import InputError, PliantWarning
 from ..mesh import Mesh, check_up
 from .features import SegmentFeatures, endocardial_features
 from .segmentation import segment_blood_pool
@@ -168,7 +169,10 @@ def _blood_pool(
         millilitres = round(float(given.sum()) * volume.voxel_volume / 1000, 1)
         steps["blood pool"] = {"from": "a mask", "volume (ml)": millilitres}
         return given, plane
-    pool = segment_blood_pool(volume, basal_plane=plane, n_jobs=n_jobs)
+    with warnings.catch_warnings():
+        # They are among the pool's warnings, and so among the cautions.
+        warnings.simplefilter("ignore", PliantWarning)
+        pool = segment_blood_pool(volume, basal_plane=plane, n_jobs=n_jobs)
     steps["blood pool"] = {
         "from": "the image", "confidence": round(pool.confidence, 3), "volume (ml)": round(pool.millilitres, 1),
         "leak": pool.leak, **pool.settings,
