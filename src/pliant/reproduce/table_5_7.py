@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Literal
+
 from ..heart import BagOfFeatures, ColumnHistograms, heart_study
 from ._hearts import hearts
 from .bench import Bench
@@ -23,7 +25,7 @@ def _run(bench: Bench) -> Findings:
         "all 23 numbers": ColumnHistograms(),
         "bag of features": BagOfFeatures(rng=bench.seed),
     }
-    model = "logistic" if bench.quick else "perceptron"
+    model: Literal["logistic", "perceptron"] = "logistic" if bench.quick else "perceptron"
     study = heart_study(
         features, stenosis, scenario="global", methods=methods, classifiers=(model,), regressors=("ridge",),
         permutations=0, repeats=1 if bench.quick else 3, rng=bench.seed,
@@ -32,7 +34,7 @@ def _run(bench: Bench) -> Findings:
     for name in PRINTED:
         score = study.row("all", name, model).score
         rows.append(Row(f"{name}: accuracy", PRINTED[name], score.value, score.low, score.high))
-    for baseline in ("roughness", "volume"):
+    for baseline in ("roughness", "cavity volume"):
         score = study.row("all", baseline, "logistic").score
         rows.append(Row(f"{baseline} alone: accuracy", None, score.value, score.low, score.high))
     ours = {name: row.ours or 0.0 for name, row in zip(PRINTED, rows, strict=False)}
