@@ -41,6 +41,13 @@ def _write_pictures(folder: Path) -> None:
     pair = synthetic_pair(shipped_photographs()["astronaut"], "night", rng=0)
     for name, picture in (("day.jpg", pair.picture1), ("night.jpg", pair.picture2)):
         Image.fromarray(np.asarray(picture.colour)).save(folder / name)
+    for kind in ("coffee", "rocket"):
+        (folder / "photographs" / kind).mkdir(parents=True)
+        for i, look in enumerate(("night", "drawing")):
+            seen = synthetic_pair(shipped_photographs()[kind], look, rng=i).picture2
+            Image.fromarray(np.asarray(seen.colour)).resize((200, 150)).save(
+                folder / "photographs" / kind / f"{i}.jpg"
+            )
 
 
 def _names() -> dict[str, object]:

@@ -84,8 +84,8 @@ def costs(*, pictures: int = 400, n_words: int = 1000, bits: int = 128) -> dict[
     seconds["count the words of a picture"] = _spent(lambda: vocabulary.transform(tables)) / len(tables)
     for name, kind in CODERS.items():
         coder = kind(bits=bits)
-        seconds[f"learn {name}"] = _spent(lambda coder=coder: coder.fit(rows, labels))  # type: ignore[misc]
-        seconds[f"encode with {name}"] = _spent(lambda coder=coder: coder.transform(rows)) / pictures  # type: ignore[misc]
+        seconds[f"learn {name}"] = _spent(lambda coder=coder: coder.fit(rows, labels))
+        seconds[f"encode with {name}"] = _spent(lambda coder=coder: coder.transform(rows)) / pictures
     return seconds
 
 
