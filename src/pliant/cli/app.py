@@ -11,6 +11,7 @@ from .bench_cortex import cortex as bench_cortex
 from .bench_heart import heart as bench_heart
 from .bench_retrieval import retrieval as bench_retrieval
 from .bench_scale import cluster, scaling
+from .bench_segmentation import segmentation
 from .bench_service import service
 from .bench_shapes import descriptors, maps
 from .bench_shapes import symmetry as bench_symmetry
@@ -56,6 +57,7 @@ bench.command()(scaling)
 bench.command()(service)
 bench.command("cortex")(bench_cortex)
 bench.command("heart")(bench_heart)
+bench.command()(segmentation)
 bench.command("retrieval")(bench_retrieval)
 app.add_typer(bench)
 app.add_typer(data)
