@@ -1,4 +1,4 @@
-"""``pliant bench descriptors`` and ``pliant bench maps``: shapes against their ground truth."""
+"""``pliant bench descriptors``, ``maps`` and ``symmetry``: shapes against their ground truth."""
 
 from __future__ import annotations
 
@@ -64,3 +64,30 @@ def maps(
         say_json(rows)
         return
     show_rows("Dense maps", rows)
+
+
+def symmetry(
+    folder: Annotated[
+        Path,
+        typer.Argument(metavar="FOLDER", exists=True, help="NAME.ply and CLASS.symmetry.csv, as TOSCA has."),
+    ],
+    names: Annotated[
+        str | None, typer.Option(metavar="N,N,...", help="Shapes; all of them without it.")
+    ] = None,
+    repeated: Annotated[
+        str | None, typer.Option(metavar="C,C,...", help="Also measure repeatability on these classes.")
+    ] = None,
+    cache: Cache = None,
+    as_json: AsJson = False,
+) -> None:
+    """Measure reflections and pairs of limbs against the truth, beside two older ways on the same eigenpairs."""
+    from ..bench import symmetry as measurements
+
+    rows = measurements.run(folder, names.split(",") if names else None, cache=cache)
+    again = measurements.repeatability(folder, repeated.split(","), cache=cache) if repeated else []
+    if as_json:
+        say_json({"rows": rows, "repeatability": again})
+        return
+    show_rows("Symmetry: mean geodesic error over sqrt(area)", rows)
+    if again:
+        show_rows("Repeatability", again)

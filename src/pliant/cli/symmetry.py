@@ -1,4 +1,4 @@
-"""``pliant symmetry``: the intrinsic reflections of a mesh."""
+"""``pliant symmetry``: the intrinsic reflections of a mesh, and its limbs that are alike."""
 
 from __future__ import annotations
 
@@ -10,8 +10,8 @@ import typer
 from .output import report_findings, say, say_json, show_facts, show_table
 
 if TYPE_CHECKING:
-    from .._arrays import FloatArray
-    from ..matching.symmetry import SymmetryResult
+    from .._arrays import FloatArray, IntArray
+    from ..matching.symmetry import Symmetry, SymmetryResult
     from ..mesh import Mesh
 
 MeshFile = Annotated[Path, typer.Argument(metavar="MESH", help="A mesh file of any known format.")]
@@ -28,6 +28,7 @@ Out = Annotated[
 Samples = Annotated[int, typer.Option(min=10, help="Points that vote.")]
 Pairs = Annotated[int, typer.Option("--eigenfunctions", min=20, help="Eigenfunctions in the final maps.")]
 Seed = Annotated[int | None, typer.Option(min=0, help="Draw the first sample with this seed.")]
+Parts = Annotated[bool, typer.Option(help="Also look for limbs that are alike.")]
 Up = Annotated[Literal["y", "z"], typer.Option(help="The axis that points up in pictures.")]
 AsJson = Annotated[bool, typer.Option("--json", help="Write JSON to standard output, and nothing else.")]
 
@@ -37,18 +38,19 @@ def symmetry(
     out: Out = None,
     samples: Samples = 100,
     eigenfunctions: Pairs = 120,
+    parts: Parts = True,
     seed: Seed = None,
     up: Up = "z",
     as_json: AsJson = False,
 ) -> None:
-    """Find the reflections of a surface that bending leaves, or say why there are none."""
+    """Find the symmetries of a surface that bending leaves, whole or limb to limb, or say why there are none."""
     from ..matching.symmetry import detect_symmetries
     from ..mesh import check_up, load_mesh
 
     surface = load_mesh(mesh)
     report = check_up(surface)
     report_findings(mesh.name, report.findings)
-    result = detect_symmetries(surface, samples=samples, k=eigenfunctions, rng=seed)
+    result = detect_symmetries(surface, samples=samples, k=eigenfunctions, parts=parts, rng=seed)
     written = [] if out is None else _write(out, mesh.name, surface, result, up)
     if as_json:
         say_json({**result.as_json(), "check_up": report.to_dict(), "written": written})
@@ -62,42 +64,45 @@ def _show(name: str, result: SymmetryResult) -> None:
     if not result.symmetries:
         show_facts(f"{name}: no symmetry", {str(i + 1): reason for i, reason in enumerate(result.reasons)})
         return
-    columns = ("", "kind", "confidence", "support", "distortion", "residual", "complexity")
+    columns = ("", "kind", "group", "implied by", "confidence", "support", "distortion", "complexity")
     rows = [
         (
             str(i + 1),
             found.kind,
+            str(found.group + 1),
+            "" if found.implied_by < 0 else str(found.implied_by + 1),
             f"{found.confidence:.2f}",
             f"{found.support:.2f}",
             f"{found.distortion:.4f}",
-            f"{found.residual:.4f}",
             f"{found.complexity:.3f}",
         )
         for i, found in enumerate(result.symmetries)
     ]
     show_table(f"{name}: {len(rows)} of its symmetries", columns, rows)
+    if result.reasons:
+        show_facts("Not found", {str(i + 1): reason for i, reason in enumerate(result.reasons)})
 
 
 def _write(folder: Path, name: str, mesh: Mesh, result: SymmetryResult, up: Literal["y", "z"]) -> list[str]:
-    from ..report import surface_figure, surface_page, write_page
+    from ..report import correspondence_figure, surface_page, write_page
 
     result.save(folder)
     written = [folder / "symmetries.json", folder / "symmetries.npz"]
     layers: dict[str, FloatArray] = {}
     for i, found in enumerate(result.symmetries, start=1):
-        label = f"symmetry {i}: way to the mirror image"
-        layers[label] = _distances_moved(mesh, found.point_map)
-        drawn = surface_figure(
-            mesh,
-            layers[label],
-            up=up,
-            title=f"Symmetry {i} of {name}",
-            colour_bar_label="way to the mirror image",
+        title = f"symmetry {i} ({found.kind})"
+        layers[title] = _matching_colours(mesh, found)
+        ends = _spread(mesh, found)
+        drawn = correspondence_figure(
+            mesh, mesh, ends, found.point_map[ends], up=up, title=f"{title.capitalize()} of {name}"
         )
         written.append(folder / f"symmetry-{i}.png")
         drawn.savefig(written[-1])
     if layers:
-        notes = "Straight distance from each point to its mirror image: 0 on the line that stays in place."
+        notes = (
+            "One button a symmetry. A point and its mirror image have one colour; where nothing is carried, the "
+            "surface is grey."
+        )
         settings: dict[str, Any] = dict(result.settings)
         html = surface_page(
             mesh, layers, title=f"Symmetries of {name}", notes=notes, settings=settings, up=up
@@ -107,8 +112,41 @@ def _write(folder: Path, name: str, mesh: Mesh, result: SymmetryResult, up: Lite
     return [str(path) for path in written]
 
 
-def _distances_moved(mesh: Mesh, point_map: Any) -> FloatArray:
+def _matching_colours(mesh: Mesh, found: Symmetry) -> FloatArray:
+    """Values that agree between points and their images: the longest direction of the source, carried over."""
     import numpy as np
 
-    moved: FloatArray = np.linalg.norm(mesh.vertices[point_map] - mesh.vertices, axis=1)
-    return moved
+    values = np.full(mesh.n_vertices, np.nan)
+    source = np.flatnonzero(found.source)
+    centred = mesh.vertices[source] - mesh.vertices[source].mean(axis=0)
+    along = centred @ np.linalg.svd(centred, full_matrices=False)[2][0]
+    if found.kind == "global":
+        place = np.empty(mesh.n_vertices)
+        place[source] = along
+        values[source] = (place + place[found.point_map]) / 2
+        return values
+    values[source] = along
+    images = found.point_map[source]
+    sums, counts = np.zeros(mesh.n_vertices), np.zeros(mesh.n_vertices)
+    np.add.at(sums, images, along)
+    np.add.at(counts, images, 1.0)
+    hit = (counts > 0) & ~found.source
+    values[hit] = sums[hit] / counts[hit]
+    missed = np.flatnonzero(found.target & ~hit)
+    if len(missed) and hit.any():
+        from scipy.spatial import KDTree
+
+        known = np.flatnonzero(hit)
+        nearest: Any = KDTree(mesh.vertices[known]).query(mesh.vertices[missed])[1]
+        values[missed] = values[known[nearest]]
+    return values
+
+
+def _spread(mesh: Mesh, found: Symmetry, count: int = 40) -> IntArray:
+    """Vertices of the source, far from one another."""
+    import numpy as np
+
+    from ..matching import farthest_points
+
+    source = np.flatnonzero(found.source)
+    return np.asarray(source[farthest_points(mesh.vertices[source], min(count, len(source)))])
