@@ -37,7 +37,7 @@ FAST = {
 
 
 def cohort(
-    n: int, strength: float, seed: int = 0, column: int = 5
+    n: int, strength: float, seed: int = 0, column: int = 1
 ) -> tuple[list[SegmentFeatures], np.ndarray]:
     """Rows of noise in which one column follows the stenosis of the segment's territory; roughness does not."""
     rng = np.random.default_rng(seed)

@@ -42,7 +42,7 @@ class Problem:
         return bool(np.isfinite(self.percent).all())
 
 
-def model(name: Classifier | Regressor, inputs: int, rng: int) -> Any:
+def model(name: Classifier | Regressor, inputs: int, samples: int, rng: int) -> Any:
     """Return a new model that scales its inputs by what it is fitted to.
 
     The perceptron has one hidden layer of half as many units as inputs and classes together, sigmoids, learning rate
@@ -51,7 +51,7 @@ def model(name: Classifier | Regressor, inputs: int, rng: int) -> Any:
     if name == "perceptron":
         last: Any = MLPClassifier(
             (max(2, (inputs + 2) // 2),), activation="logistic", solver="sgd", learning_rate_init=0.3, momentum=0.2,
-            batch_size=8, max_iter=150, random_state=rng,
+            batch_size=min(8, samples), max_iter=150, random_state=rng,
         )  # fmt: skip
     elif name == "logistic":
         last = LogisticRegression(C=0.3, class_weight="balanced", max_iter=1000)
@@ -106,7 +106,7 @@ def predictions(
                 if classify and len(np.unique(wanted)) < 2:
                     row[test] = wanted[0]
                     continue
-                fitted = model(name, matrix.shape[1], rng).fit(matrix[train], wanted)
+                fitted = model(name, matrix.shape[1], len(train), rng).fit(matrix[train], wanted)
                 row[test] = (
                     fitted.predict_proba(matrix[test])[:, 1] if classify else fitted.predict(matrix[test])
                 )
