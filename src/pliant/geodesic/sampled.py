@@ -67,9 +67,8 @@ class SampledFlowJob:
 
 def traffic(arcs: CountedArcs, sums: FloatArray, ending: FloatArray) -> FloatArray:
     """Half the traffic through each rank, from what the arcs carry (in place) and what ends at each."""
-    tails = np.repeat(np.arange(len(arcs.rows) - 1), np.diff(arcs.rows)).astype(np.int32)
     _unpack(sums, arcs.counts, arcs.lengths, arcs.whole, arcs.first, arcs.second)
-    passing = _at_vertices(sums, arcs, tails)
+    passing = _at_vertices(sums, arcs.edge_share, arcs.lengths, arcs.rows, arcs.heads)
     return np.asarray(0.25 * (passing - ending))
 
 
@@ -203,11 +202,13 @@ def _unpack(sums: Any, counts: Any, lengths: Any, whole: Any, first: Any, second
         sums[to_a, UP_MOMENT] += down_at_m
 
 
-def _at_vertices(sums: FloatArray, arcs: CountedArcs, tails: NDArray[np.int32]) -> FloatArray:
+@kernel
+def _at_vertices(sums: Any, share: Any, lengths: Any, rows: Any, heads: Any) -> Any:
     """Sum, over the edges at each vertex, of flow times the vertex's distance from the source."""
-    n = len(arcs.rows) - 1
-    own = sums * arcs.edge_share[:, None]
-    low = own[:, UP_MOMENT] + own[:, DOWN_MOMENT]
-    high = low + arcs.lengths * (own[:, UP] - own[:, DOWN])
-    carried: FloatArray = np.bincount(tails, low, n).astype(np.float64)
-    return carried + np.bincount(arcs.heads, high, n)
+    carried = np.zeros(len(rows) - 1)
+    for v in range(len(rows) - 1):
+        for arc in range(rows[v], rows[v + 1]):
+            low = share[arc] * (sums[arc, UP_MOMENT] + sums[arc, DOWN_MOMENT])
+            carried[v] += low
+            carried[heads[arc]] += low + lengths[arc] * share[arc] * (sums[arc, UP] - sums[arc, DOWN])
+    return carried
