@@ -2,8 +2,8 @@
 The mirror of an animal that moves, and its legs
 ================================================
 
-Bending a leg does not end a symmetry that lives on the surface. Left and right correspond in every pose; and each leg is like
-each of the others, which no mirror says.
+Bending a leg does not end a symmetry that lives on the surface. Left and right correspond in every pose; and each
+leg is like each of the others, which no mirror says.
 """
 
 # %%
