@@ -78,6 +78,7 @@ ROOMS = {
     "images": "Images",
     "retrieval": "Retrieval",
     "cortex": "Cortex",
+    "heart": "Heart",
     "report": "Figures and pages",
     "errors": "Errors",
 }
