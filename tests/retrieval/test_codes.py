@@ -218,7 +218,7 @@ def objective(signs, sides, y, weights, prediction) -> float:
     return (
         differ[same].sum() / 2 / inside
         - separation * differ[y[:, None] != y].sum() / 2 / between
-        + independence * (correlation**2).sum() / 2 / (bits - 1)
+        + independence * (len(set(y)) - 1) * (correlation**2).sum() / 2 / (bits - 1)
         + prediction * loss
     )
 
@@ -245,13 +245,20 @@ def test_flips_lower_the_stated_objective_until_no_flip_does() -> None:
 def test_independence_keeps_bits_apart() -> None:
     X, y = blobs(6, 10)
     apart = {}
-    for independence in (0.0, 5.0):
+    for independence in (0.0, 1.0):
         coder = DiscriminativeBinaryCodes(bits=16, independence=independence)
         signs = np.repeat(_first_signs(X, 1, np.random.default_rng(0)), 16, axis=1)
         flipped = coder._flipped(signs, 0 * signs, y, 6, np.random.default_rng(0))
         correlation = np.abs(np.corrcoef(flipped.T))
         apart[independence] = (correlation.sum() - 16) / 240
-    assert apart[5.0] < 0.5 * apart[0.0]
+    assert apart[1.0] < 0.5 * apart[0.0]
+
+
+@pytest.mark.parametrize("n_classes", [2, 3, 7])
+def test_long_codes_of_few_classes_do_not_break_classes_up(n_classes: int) -> None:
+    X, y = blobs(n_classes, 20, noise=0.1)
+    codes = DiscriminativeBinaryCodes(bits=128).fit(X, y).transform(X)
+    assert len(np.unique(codes, axis=0)) == n_classes
 
 
 def test_a_bit_with_one_side_empty_starts_again_from_half_the_classes() -> None:

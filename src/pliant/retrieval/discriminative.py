@@ -27,7 +27,7 @@ class DiscriminativeBinaryCodes(LinearCoder):
     bits are flipped where that lowers ::
 
         (share of pairs inside classes that disagree) - separation * (share of pairs between classes that disagree)
-        + independence * (mean squared correlation with the other bits) + prediction * (mean hinge loss)
+        + independence * (C - 1) * (mean squared correlation with the other bits) + prediction * (mean hinge loss)
 
     summed over bits. Codes are the sides of the SVMs.
 
@@ -54,7 +54,9 @@ class DiscriminativeBinaryCodes(LinearCoder):
     Notes
     -----
     Shares of pairs balance classes against each other whatever their number, which the paper does by its lambda. The
-    paper's flips do not tie bits to each other: nothing there keeps two bits from becoming one. ``independence`` does.
+    paper's flips do not tie bits to each other: nothing there keeps two bits from becoming one. ``independence`` does,
+    in units of 1 / (C - 1), the mean squared correlation of random divisions of C classes: much above 0.5 it would
+    rather break up classes than let bits be alike.
     Cost of a round: n d bits for each pass of the SVMs, and n bits^2 for the flips. Do not trust the distances between
     rows of training: their bits are what the planes were fitted to.
 
@@ -79,7 +81,7 @@ class DiscriminativeBinaryCodes(LinearCoder):
         *,
         cost: float = 1.0,
         separation: float = 1.0,
-        independence: float = 5.0,
+        independence: float = 0.25,
         prediction: float = 0.2,
         rounds: int = 10,
         rng: int | np.random.Generator = 0,
@@ -133,7 +135,9 @@ class DiscriminativeBinaryCodes(LinearCoder):
         loss = np.maximum(1 - sides, 0), np.maximum(1 + sides, 0)
         pull = self.prediction / total * (loss[0] - loss[1])
         orders = np.stack([rng.permutation(total) for _ in range(_SWEEPS)])
-        weights = np.array([1 / inside, self.separation / between, self.independence / max(self.bits - 1, 1)])
+        weights = np.array(
+            [1 / inside, self.separation / between, self.independence * (n_classes - 1) / (self.bits - 1)]
+        )
         flipped = np.array(signs)
         _flip(flipped, pull, classes, sizes, weights, orders)
         return flipped
