@@ -76,13 +76,13 @@ for row, kind in zip(axes, KINDS, strict=True):
         axis.set_axis_off()
 
 # %%
-# Which codes find the right kind? Precision of the label that the nearest give, for classes that were learned and for
+# Which codes of two bytes find the right kind? Precision of the label that the nearest give, for classes that were learned and for
 # classes that were not.
-(study,) = evaluate_retrieval(folder, bits=64, train=6, splits=1, **settings)
+(study,) = evaluate_retrieval(folder, bits=16, train=6, splits=1, **settings)
 methods = list(study.precision["consistent"])
 names = {
-    "proposed": "discriminative",
-    "lsh": "random planes",
+    "proposed": "DBC",
+    "lsh": "random",
     "itq": "ITQ",
     "cca_itq": "CCA-ITQ",
     "spectral": "spectral",
