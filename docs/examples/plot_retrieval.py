@@ -76,8 +76,8 @@ for row, kind in zip(axes, KINDS, strict=True):
         axis.set_axis_off()
 
 # %%
-# Which codes of two bytes find the right kind? Precision of the label that the nearest give, for classes that were learned and for
-# classes that were not.
+# Which codes of two bytes find the right kind? Precision of the label that the nearest give, for classes that were
+# learned and for classes that were not.
 (study,) = evaluate_retrieval(folder, bits=16, train=6, splits=1, **settings)
 methods = list(study.precision["consistent"])
 names = {
