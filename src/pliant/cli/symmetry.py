@@ -100,7 +100,7 @@ def _write(folder: Path, name: str, mesh: Mesh, result: SymmetryResult, up: Lite
         drawn.savefig(written[-1])
     if layers:
         notes = (
-            "One button a symmetry. A point and its mirror image have one colour; where nothing is carried, the "
+            "Each symmetry is a layer. A point and its mirror image have one colour; where nothing is carried, the "
             "surface is grey."
         )
         settings: dict[str, Any] = dict(result.settings)

@@ -125,7 +125,9 @@ def _branched(coarse: Coarse, guesses: list[Guess], k: int) -> list[Guess]:
         size += 1
         pool = [matrix for guess in found for matrix in _extended(guess, few, weighted, size)]
     full = min(QUICK[1], k)
-    finished = [measured(coarse, grown(coarse, guess.matrix, full, QUICK[2])) for guess in found[: width // 2]]
+    finished = [
+        measured(coarse, grown(coarse, guess.matrix, full, QUICK[2])) for guess in found[: width // 2]
+    ]
     return [replace(guess, settled=size) for guess in finished]
 
 

@@ -17,6 +17,8 @@ from ._refine import grown_between, nearest_images, orthogonal, reversed_share
 
 _PAIRS = 40
 FEWEST = 120
+# Largest distortion of a map. Legs of bent animals, front to hind, have up to .15.
+WORST = 0.25
 _SAMPLES = 300
 _START, _STEP = 14, 4
 _QUARTERS, _TURNS = 4, 12
@@ -139,13 +141,15 @@ def region_maps(a: Region, b: Region, starts: list[FloatArray]) -> list[RegionMa
     """Refine maps from a to b that turn the rim by every share, either way about; keep the best that differ.
 
     A limb is nearly a surface of revolution: what tells one turn from another shows only in the refined maps. A map
-    to start from, that of a reflection, decides it: what it leads to is kept alone, if it changes sides.
+    to start from, that of a reflection, decides it: what it leads to is kept alone, if it changes sides
+    and is no bad map.
     """
     k = min(a.frame.spectrum.k, b.frame.spectrum.k)
     there = a.coefficients(a.marks(0.0, 1))
     seeded = [_measured(a, b, grown_between(a.coarse, b.coarse, start, k, _STEP)) for start in starts]
-    if any(one.turned > 0.5 for one in seeded):
-        return [one for one in seeded if one.turned > 0.5]
+    followed = [one for one in seeded if one.turned > 0.5 and one.distortion <= WORST]
+    if followed:
+        return followed
     found = seeded
     for way in (1, -1):
         for turn in range(_TURNS):

@@ -15,7 +15,7 @@ from .._neighbours import nearest_rows
 from ._frame import Frame
 from ._limbs import Limbs, limbs_of
 from ._refine import orthogonal
-from ._regions import FEWEST, Region, RegionMap, agreeing, region, region_maps, spectral_gap
+from ._regions import FEWEST, WORST, Region, RegionMap, agreeing, region, region_maps, spectral_gap
 from .mapping import continuous_symmetry, support_of, voting_pairs
 from .measures import reversed_area, signature_residual
 from .result import Symmetry
@@ -23,8 +23,8 @@ from .space import complexity
 
 __all__ = ["PartialSearch", "partial_symmetries"]
 
-# Legs of bent animals, front to hind, have distortions up to .15 and differences of log eigenvalues up to .16.
-_DISTORTION, _SPECTRAL = 0.25, 0.3
+# Legs of bent animals, front to hind, have differences of log eigenvalues up to .16.
+_SPECTRAL = 0.3
 # Share of a region that a reflection must carry into the other one to imply the pair.
 _IMPLIED = 0.6
 _SEEDED = 14
@@ -159,14 +159,14 @@ def _family(
         a, b = (whole[i] for i in pair)
         chosen = candidates[pair][choice]
         gap = spectral_gap(a.frame.spectrum, b.frame.spectrum)
-        if chosen.distortion > _DISTORTION or gap > _SPECTRAL:
+        if chosen.distortion > WORST or gap > _SPECTRAL:
             reasons.append(
                 f"limbs at vertices {int(limbs.tips[pair[0]])} and {int(limbs.tips[pair[1]])} grow alike, but "
-                f"distances differ by {chosen.distortion:.2f} (limit {_DISTORTION}) or eigenvalues by "
+                f"distances differ by {chosen.distortion:.2f} (limit {WORST}) or eigenvalues by "
                 f"{gap:.2f} (limit {_SPECTRAL})"
             )
             continue
-        slack = float(np.mean([1 - chosen.distortion / _DISTORTION, 1 - gap / _SPECTRAL]))
+        slack = float(np.mean([1 - chosen.distortion / WORST, 1 - gap / _SPECTRAL]))
         found.append(_symmetry(frame, a, b, chosen, voters, max(slack, 0.0), implied[pair]))
 
 
