@@ -107,8 +107,8 @@ def test_synthetic_truth_is_found(kind):
     match = match_pair(pair.picture1, pair.picture2)
     error = transform_error(match.transform, pair.homography, pair.box1, pair.picture2.size)
     assert error < 0.02, kind
-    assert match.score > 30
-    assert len(match.points1) == len(match.points2) == len(match.distances) == match.score
+    assert match.score > 10
+    assert len(match.points1) == len(match.points2) == len(match.distances) > match.score
 
 
 def test_truth_of_synthetic_pairs_is_exact():

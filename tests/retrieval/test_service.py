@@ -77,7 +77,8 @@ def test_shared_features_join_the_same_places(client):
     with opened(create_app(index)) as other:
         reply = ask(other, encoded(whole[:, 80:]), "/api/shared", item=1).json()
     points = np.array(reply["points"])
-    assert reply["score"] == len(points) > 50
+    assert len(points) > 50
+    assert reply["score"] > 0.5 * len(points)
     assert np.median(np.abs(80 + 240 * points[:, 0] - 320 * points[:, 2])) < 3
     assert np.median(np.abs(points[:, 1] - points[:, 3])) < 0.02
     x0, _, x1, _ = reply["item_box"]

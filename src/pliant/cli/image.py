@@ -36,7 +36,7 @@ def match(
     mask2: Mask = None,
     features: Annotated[int, typer.Option(min=8, help="Points in each picture.")] = 300,
     dim: Annotated[int, typer.Option(min=1, help="Eigenvectors of the joint graph.")] = 30,
-    share: Annotated[float, typer.Option(help="Part of the shared evidence that each box holds.")] = 0.85,
+    share: Annotated[float, typer.Option(help="Part of the shared evidence that each box holds.")] = 0.83,
     seed: Seed = 0,
     as_json: AsJson = False,
 ) -> None:

@@ -40,7 +40,8 @@ class PairMatch:
     transform : (3, 3) array of float or None
         Affine; takes points of the first image to the second. None where none was found.
     score : float
-        Number of matches that agree with the transform: the evidence that the two show the same thing at all.
+        The evidence that the two show the same thing at all: the number of matches that agree with the transform,
+        times the correlation of the edges under it (at most 1).
     reason : str
         Why nothing, or less than usual, was found; empty otherwise.
     settings : dict
@@ -80,7 +81,7 @@ def match_pair(
     mask2: Any = None,
     features: int = 300,
     dim: int = 30,
-    share: float = 0.85,
+    share: float = 0.83,
     intensity_weight: float = 0.0,
     rng: int | np.random.Generator = 0,
 ) -> PairMatch:
@@ -235,7 +236,7 @@ def _matched(
         points2=two.points_in_source(two.points[kept[:, 1]].astype(np.float64)),
         distances=best.distances[best.inliers],
         transform=inverse(two.to_working) @ transform @ one.to_working,
-        score=float(len(kept)),
+        score=len(kept) * max(0.0, best.agreement),
         reason="" if part1.evidence.any() else "the registered images share no edges",
         settings=settings,
     )

@@ -42,6 +42,8 @@ class Found:
         Affine; takes working pixels of the first image to the second.
     merit : float
         Agreement of edges x root of (shared edges x (20 + consensus of the matches)).
+    agreement : float
+        Of the edges where the images overlap, at most 1.
     pairs : (m, 2) array of int
         Matched points at the size where most agree, nearest first.
     distances : (m,) array of float
@@ -51,6 +53,7 @@ class Found:
 
     transform: FloatArray
     merit: float
+    agreement: float
     pairs: IntArray
     distances: FloatArray
     inliers: BoolArray
@@ -159,8 +162,9 @@ def _judged(
     options = []
     for m in matches:
         consensus, inliers = agreeing(m.points1, m.points2, transform, TOLERANCE)
-        options.append((consensus, Found(transform, 0.0, m.pairs, m.distances, inliers)))
+        options.append((consensus, Found(transform, 0.0, 0.0, m.pairs, m.distances, inliers)))
     consensus, found = max(options, key=lambda option: option[0])
     shown = agreement(one, two, _scaled(transform, 1 / reduction), window=_WINDOW / reduction)
     energy = float(shown.shared.sum()) * reduction**2
-    return replace(found, merit=shown.total * float(np.sqrt(energy * (_EDGES_WORTH + consensus))))
+    merit = shown.total * float(np.sqrt(energy * (_EDGES_WORTH + consensus)))
+    return replace(found, merit=merit, agreement=shown.total)

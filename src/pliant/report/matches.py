@@ -131,7 +131,7 @@ def match_page(
         "transform": None if match.transform is None else match.transform.tolist(),
     }
     rows = {
-        "score (agreeing matches)": f"{match.score:g}",
+        "score (agreeing matches × correlation of edges)": f"{match.score:.3g}",
         "box in image 1": _box_text(match.box1),
         "box in image 2": _box_text(match.box2),
         **({"reason": match.reason} if match.reason else {}),
@@ -170,7 +170,7 @@ def _caption(match: PairMatch, most: int, with_truth: bool) -> str:
     if match.reason:
         return f"score {match.score:g}: {match.reason}"
     count = min(most, len(match.points1))
-    lines = f"{count} of {len(match.points1)} matches drawn, score {match.score:g}; box found: solid"
+    lines = f"{count} of {len(match.points1)} matches drawn, score {match.score:.3g}; box found: solid"
     return lines + (", true: dashed" if with_truth else "")
 
 

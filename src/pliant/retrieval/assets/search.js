@@ -2,8 +2,8 @@
 (() => {
   const by = (id) => document.getElementById(id);
   const state = { about: null, picture: null, reply: null, shown: 0, turn: 0, asked: 0, urls: [] };
-  // Scores of unrelated pictures: half of them at most 17, none above 33 (documentation of partial matching).
-  const [USUAL, GREATEST] = [17, 33];
+  // Scores of unrelated pictures: half of them at most 1, none above 7 (documentation of partial matching).
+  const [USUAL, GREATEST] = [1, 7];
 
   // ---- talking to the service ----
   const credentials = () => {
@@ -214,9 +214,9 @@
       if (still()) by("stage").classList.remove("waiting");
     }
   };
-  const verdict = ({ score, reason }) => {
+  const verdict = ({ score, points, reason }) => {
     if (reason) return sentence(reason);
-    const found = `${score} features agree on where one picture lies in the other`;
+    const found = `${points.length} features agree on where one picture lies in the other, with evidence ${score.toFixed(1)}`;
     if (score > GREATEST) return `${found}: more than unrelated pictures ever had in our measurements.`;
     return score > USUAL ? `${found}: a hint, as unrelated pictures have about ${USUAL} and at most ${GREATEST}.`
       : `${found}: no more than unrelated pictures have.`;
