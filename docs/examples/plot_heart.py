@@ -33,4 +33,6 @@ bulls_eye_figure(found.features.roughness[1:], title="Roughness", label="mean cu
 for step, settings in found.steps.items():
     print(f"{step}: {', '.join(f'{name} {value}' for name, value in settings.items())}")
 print(found.cautions or "no cautions")
-print(f"cavity {found.features.cavity_ml:.1f} ml, mean roughness {np.nanmean(found.features.roughness[1:]):.3f} per mm")
+print(
+    f"cavity {found.features.cavity_ml:.1f} ml, mean roughness {np.nanmean(found.features.roughness[1:]):.3f} per mm"
+)

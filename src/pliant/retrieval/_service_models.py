@@ -68,5 +68,7 @@ class SharedReply(BaseModel):
         description="x0, y0, x1, y1 of the shared part."
     )
     item_box: tuple[float, float, float, float] | None
-    score: float = Field(description="Matches that agree with one transform, times the correlation of the edges under it.")
+    score: float = Field(
+        description="Matches that agree with one transform, times the correlation of the edges under it."
+    )
     reason: str = Field(description="Why nothing, or little, was found.")
