@@ -36,7 +36,7 @@ def test_public_functions_say_what_they_take_return_and_show(name: str) -> None:
 
 
 def test_rooms_export_what_the_package_does() -> None:
-    stub = (ROOT / "src" / "pliant" / "__init__.pyi").read_text()
+    stub = (ROOT / "src" / "pliant" / "__init__.pyi").read_text(encoding="utf-8")
     pairs = re.findall(r"^from \.([\w.]+) import (\w+) as", stub, re.M)
     assert len(pairs) > 40
     absent = [
@@ -56,7 +56,7 @@ def test_importing_the_package_imports_nothing_heavy() -> None:
 
 @pytest.mark.parametrize("path", SOURCES, ids=lambda p: str(p.relative_to(ROOT / "src")))
 def test_modules_stay_small_and_quiet(path: Path) -> None:
-    text = path.read_text()
+    text = path.read_text(encoding="utf-8")
     tree = ast.parse(text)
     assert text.count("\n") <= 400, "more than 400 lines"
     for node in ast.walk(tree):
@@ -67,5 +67,9 @@ def test_modules_stay_small_and_quiet(path: Path) -> None:
 
 def test_examples_in_the_documentation_name_things_that_exist() -> None:
     pages = [ROOT / "README.md", *(ROOT / "docs").glob("*.md")]
-    used = {name for page in pages for name in re.findall(r"pliant\.([A-Za-z_]\w*)\(", page.read_text())}
+    used = {
+        name
+        for page in pages
+        for name in re.findall(r"pliant\.([A-Za-z_]\w*)\(", page.read_text(encoding="utf-8"))
+    }
     assert sorted(name for name in used if not hasattr(pliant, name)) == []

@@ -43,12 +43,12 @@ def test_match_writes_a_figure_a_page_and_json(folder, tmp_path, capsys):
     ]
     assert main([*arguments, "--json"]) == 0
     printed = json.loads(capsys.readouterr().out)
-    written = json.loads((tmp_path / "out" / "match.json").read_text())
+    written = json.loads((tmp_path / "out" / "match.json").read_text(encoding="utf-8"))
     assert printed == written
     assert written["score"] > 25
     assert np.allclose(np.array(written["transform"])[:2, 2], 0, atol=2)
     assert (tmp_path / "out" / "match.png").read_bytes()[:4] == b"\x89PNG"
-    assert (tmp_path / "out" / "match.html").read_text().startswith("<!doctype html>")
+    assert (tmp_path / "out" / "match.html").read_text(encoding="utf-8").startswith("<!doctype html>")
 
 
 def test_evaluate_prints_the_scores_as_json_and_nothing_else(folder, capsys):

@@ -42,7 +42,7 @@ def test_correspond(files, tmp_path, capsys) -> None:
     assert main([*arguments, "--samples", "80", "--json"]) == 0
     pairs = json.loads(capsys.readouterr().out)["pairs"]
     assert figure.stat().st_size > 1000
-    assert len(out.read_text().splitlines()) == len(pairs) + 1
+    assert len(out.read_text(encoding="utf-8").splitlines()) == len(pairs) + 1
     a, b = (np.array([pair[key] for pair in pairs]) for key in ("vertex_a", "vertex_b"))
     mesh = pliant.load_mesh(rest)
     distances = pliant.GeodesicHierarchy(mesh).distances(b)

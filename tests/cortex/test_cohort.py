@@ -99,7 +99,11 @@ def test_a_bad_subject_ends_with_its_error_and_the_others_go_on(table: Path) -> 
     (table.parent / "s1.ply").write_bytes(b"not a mesh")
     (table.parent / "s2.ply").unlink()
     (table.parent / "own.csv").write_text("name,vertex\ny,17\n")
-    text = table.read_text().replace("group", "group,landmarks").replace("s3,s3.ply,b", "s3,s3.ply,b,own.csv")
+    text = (
+        table.read_text(encoding="utf-8")
+        .replace("group", "group,landmarks")
+        .replace("s3,s3.ply,b", "s3,s3.ply,b,own.csv")
+    )
     table.write_text(text)
     found = study(table)
     assert found.n_failed == 2

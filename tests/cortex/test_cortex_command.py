@@ -62,7 +62,7 @@ def test_command_writes_what_the_library_finds(place: Path, capsys: pytest.Captu
         people = list(csv.DictReader(lines))
     assert "gone.ply" in people[-1]["error"]
     assert people[0]["error"] == ""
-    page = (place / "out/report.html").read_text()
+    page = (place / "out/report.html").read_text(encoding="utf-8")
     assert "<h1>Folding over 7 subjects</h1>" in page
     assert "gone.ply" in page
     assert page.count("data:image/png;base64,") == 3
@@ -108,7 +108,7 @@ def test_other_measures_and_other_runs_are_compared(place: Path, capsys: pytest.
     )  # fmt: skip
     expected = variability(found.histograms, edges=found.edges, resamples=1, rng=0).mad
     np.testing.assert_allclose(deviations, expected, rtol=1e-5)
-    assert "Agreement with other measures" in (place / "beside/report.html").read_text()
+    assert "Agreement with other measures" in (place / "beside/report.html").read_text(encoding="utf-8")
 
 
 def test_as_the_dissertation_has_it(place: Path, capsys: pytest.CaptureFixture[str]) -> None:

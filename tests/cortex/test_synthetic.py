@@ -78,7 +78,7 @@ def test_same_seed_same_cohort_and_files(tmp_path: Path) -> None:
     sites = read_landmarks(tmp_path / "landmarks.csv", mesh)
     assert sites.names == landmarks_at(mesh, cohort.sites).names
     assert len(np.unique(cohort.sites)) == 8
-    assert (tmp_path / "truth.csv").read_text().count("\n") == 9
+    assert (tmp_path / "truth.csv").read_text(encoding="utf-8").count("\n") == 9
 
 
 def test_refusals() -> None:

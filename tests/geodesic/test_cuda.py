@@ -25,7 +25,8 @@ SUITE = Path(__file__).with_name("cuda_device.py")
 @pytest.mark.parametrize("simulated", [True, False] if numba.cuda.is_available() else [True])
 def test_device_suite(simulated: bool) -> None:
     environment = os.environ | {"NUMBA_ENABLE_CUDASIM": str(int(simulated)), "OMP_NUM_THREADS": "1"}
-    command = [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", str(SUITE)]
+    environment["PYTEST_ADDOPTS"] = "-q"
+    command = [sys.executable, "-m", "pytest", "-p", "no:cacheprovider", str(SUITE)]
     done = subprocess.run(command, env=environment, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stdout[-6000:] + done.stderr[-2000:]
     counted = re.search(r"(\d+) passed", done.stdout)

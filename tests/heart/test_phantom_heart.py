@@ -142,7 +142,7 @@ def test_volume_is_not_a_clue() -> None:
 def test_cohort_is_written_whole_and_resumes(tmp_path) -> None:
     cohort = phantom_cohort(2, rng=4, spacing=6.0, mesh_step=3.0)
     table = cohort.save(tmp_path / "made")
-    rows = list(csv.DictReader(table.read_text().splitlines()))
+    rows = list(csv.DictReader(table.read_text(encoding="utf-8").splitlines()))
     assert [row["diseased"] for row in rows] == ["0", "1"]
     phantom = cohort.subject(1)
     stenosis = [float(rows[1][f"stenosis_{t}"]) for t in ("LAD", "LCX", "RCA")]
@@ -151,11 +151,11 @@ def test_cohort_is_written_whole_and_resumes(tmp_path) -> None:
     read = load_volume(table.parent / rows[1]["volume"], modality="CT")
     assert np.array_equal(read.values, phantom.volume.values)
     assert np.allclose(read.affine, phantom.volume.affine, atol=1e-4)
-    marks = json.loads((table.parent / rows[1]["landmarks"]).read_text())
+    marks = json.loads((table.parent / rows[1]["landmarks"]).read_text(encoding="utf-8"))
     assert marks["apex"] == pytest.approx(phantom.landmarks["apex"], abs=1e-5)
     (table.parent / rows[0]["mesh"]).write_text("kept")
     cohort.save(tmp_path / "made")
-    assert (table.parent / rows[0]["mesh"]).read_text() == "kept"
+    assert (table.parent / rows[0]["mesh"]).read_text(encoding="utf-8") == "kept"
 
 
 @pytest.mark.parametrize(

@@ -27,7 +27,7 @@ def cohort(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def test_a_mask_lies_on_the_volume_s_grid(
     cohort: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    rows = list(csv.DictReader((cohort / "cohort.csv").read_text().splitlines()))
+    rows = list(csv.DictReader((cohort / "cohort.csv").read_text(encoding="utf-8").splitlines()))
     image, out = cohort / rows[0]["volume"], tmp_path / "mask.nii.gz"
     assert main(["heart", "segment", str(image), "-o", str(out), "--json"]) == 0
     said = json.loads(capsys.readouterr().out)
@@ -44,7 +44,7 @@ def test_a_mask_lies_on_the_volume_s_grid(
 
 
 def test_a_given_plane_is_used(cohort: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    marks = json.loads((cohort / "p001.landmarks.json").read_text())
+    marks = json.loads((cohort / "p001.landmarks.json").read_text(encoding="utf-8"))
     axis = np.subtract(marks["base"], marks["apex"])
     plane = ",".join(f"{x:.4f}" for x in [*marks["base"], *axis])
     out = tmp_path / "mask.nrrd"

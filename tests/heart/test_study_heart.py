@@ -176,7 +176,7 @@ def test_a_cohort_resumes_and_lists_a_bad_subject(folder: Path, tmp_path: Path) 
 
 
 def test_a_missing_label_leaves_one_subject_out_by_name(folder: Path, tmp_path: Path) -> None:
-    lines = (folder / "cohort.csv").read_text().splitlines()
+    lines = (folder / "cohort.csv").read_text(encoding="utf-8").splitlines()
     columns = lines[0].split(",")
     cells = lines[2].split(",")
     cells[columns.index("stenosis_LCX")] = ""
@@ -231,15 +231,15 @@ def test_report_writes_one_page_that_says_what_it_is_not(tmp_path: Path) -> None
     command = ["heart", "report", str(tmp_path / "ct.nii.gz"), "-o", str(tmp_path / "out"), "--points", "40"]
     done = CliRunner().invoke(app, [*command, "--landmarks", str(tmp_path / "marks.json"), "--json"])
     assert done.exit_code == 0, done.output
-    page = (tmp_path / "out" / "report.html").read_text()
+    page = (tmp_path / "out" / "report.html").read_text(encoding="utf-8")
     assert "not a medical device" in page
     assert not re.findall(r"(?:src|href)=\"(?!data:)[^\"]+|url\(", page)
     assert page.count("data:image/png") == 4
     for step in ("volume", "blood pool", "surface", "segments", "features"):
         assert f"{step}: " in page
-    steps = json.loads((tmp_path / "out" / "steps.json").read_text())
+    steps = json.loads((tmp_path / "out" / "steps.json").read_text(encoding="utf-8"))
     assert steps["steps"]["segments"]["confidence"] == 1.0
-    assert len((tmp_path / "out" / "segments.csv").read_text().splitlines()) == 18
+    assert len((tmp_path / "out" / "segments.csv").read_text(encoding="utf-8").splitlines()) == 18
 
 
 def test_commands_for_meshes(folder: Path, tmp_path: Path) -> None:
@@ -258,11 +258,11 @@ def test_commands_for_meshes(folder: Path, tmp_path: Path) -> None:
         ["heart", "describe", mesh, "-o", str(tmp_path / "d.csv"), "--landmarks", marks, "--points", "20"],
     )
     assert done.exit_code == 0, done.output
-    assert (tmp_path / "d.csv").read_text().startswith("segment,name,territory")
+    assert (tmp_path / "d.csv").read_text(encoding="utf-8").startswith("segment,name,territory")
 
 
 def test_study_command_leaves_tables(folder: Path, tmp_path: Path) -> None:
-    rows = (folder / "cohort.csv").read_text().splitlines()
+    rows = (folder / "cohort.csv").read_text(encoding="utf-8").splitlines()
     columns = rows[0].split(",")
     kept = [columns.index(name) for name in ("subject", "mesh", "landmarks")]
     text = "subject,mesh,landmarks,diseased\n"
@@ -289,7 +289,7 @@ def test_study_command_leaves_tables(folder: Path, tmp_path: Path) -> None:
     assert done.exit_code == 0, done.output
     found = json.loads(done.stdout)
     assert list(found["left_out"]) == ["bad"]
-    assert (tmp_path / "global.csv").read_text().startswith("unit,method,model")
+    assert (tmp_path / "global.csv").read_text(encoding="utf-8").startswith("unit,method,model")
     assert {row["method"] for row in found["rows"]} == {"bag of features", "roughness", "cavity volume"}
 
 

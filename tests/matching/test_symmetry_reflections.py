@@ -99,7 +99,7 @@ def test_saved_and_loaded(result, tmp_path):
 
 def test_damaged_files_are_refused(result, tmp_path):
     result.save(tmp_path)
-    stored = json.loads((tmp_path / "symmetries.json").read_text())
+    stored = json.loads((tmp_path / "symmetries.json").read_text(encoding="utf-8"))
     (tmp_path / "symmetries.json").write_text(json.dumps(stored | {"format": "other"}))
     with pytest.raises(FileFormatError, match="another version"):
         SymmetryResult.load(tmp_path)

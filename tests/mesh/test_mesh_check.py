@@ -213,7 +213,7 @@ def test_every_remedy_names_calls_that_exist():
 
     import pliant
 
-    text = Path(pliant.check_up.__code__.co_filename).read_text()
+    text = Path(pliant.check_up.__code__.co_filename).read_text(encoding="utf-8")
     calls = set(re.findall(r"\b(\w+)\(mesh[,)]", "".join(re.findall(r'"[^"]*"', text))))
     assert "orient" in calls
     assert not [name for name in calls if not hasattr(pliant, name)]

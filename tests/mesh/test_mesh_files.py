@@ -273,7 +273,7 @@ def test_tosca_keeps_order_against_a_plain_parse(data: Path, name: str, n_vertic
 @pytest.mark.data
 def test_real_obj_against_a_plain_parse(data: Path) -> None:
     path = data / "shapes" / "non_rigid_world" / "gorilla1.obj"
-    lines = [line.split() for line in path.read_text().splitlines()]
+    lines = [line.split() for line in path.read_text(encoding="utf-8").splitlines()]
     vertices = [[float(x) for x in words[1:4]] for words in lines if words and words[0] == "v"]
     faces = [[int(x.split("/")[0]) - 1 for x in words[1:]] for words in lines if words and words[0] == "f"]
     mesh = load_mesh(path)

@@ -54,7 +54,7 @@ def page(tmp_path, capsys):
 
 
 def test_the_page_loads_nothing(page):
-    text = page.read_text()
+    text = page.read_text(encoding="utf-8")
     assert "https:" not in text
     assert 'src="' not in text
 

@@ -46,7 +46,7 @@ def test_what_fails_is_said_and_the_rest_goes_on(counted, tmp_path):
     assert [o.findings.verdict for o in done] == ["holds", "not tested", "not tested"]
     assert "no such thing" in done[1].findings.summary
     assert "images/symd" in done[2].findings.summary
-    verdicts = json.loads((tmp_path / "verdicts.json").read_text())
+    verdicts = json.loads((tmp_path / "verdicts.json").read_text(encoding="utf-8"))
     assert verdicts[0]["printed"] == 1.0
     assert verdicts[0]["interval"] == [1.5, 2.5]
     assert {"name", "printed", "ours", "interval", "data", "verdict"} <= set(verdicts[0])
@@ -76,7 +76,7 @@ def test_a_failure_is_tried_again(counted, tmp_path):
 
 def test_text_is_escaped_in_the_report(counted, tmp_path):
     reproduce(folder=tmp_path)
-    page = (tmp_path / "report.html").read_text()
+    page = (tmp_path / "report.html").read_text(encoding="utf-8")
     assert "It &lt;holds&gt; &amp; more." in page
     assert "src=" not in page.replace('src="data:', "")
     assert "http:" not in page

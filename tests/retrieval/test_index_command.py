@@ -124,8 +124,8 @@ def test_query_writes_a_figure_and_pages(root, index, tmp_path, capsys):
     }  # fmt: skip
     with Image.open(tmp_path / "out" / "query.png") as drawn:
         assert drawn.size[0] > 800
-    assert len(json.loads((tmp_path / "out" / "query.json").read_text())["matches"]) == 3
-    assert (tmp_path / "out" / "match-1.html").read_text().startswith("<!doctype html>")
+    assert len(json.loads((tmp_path / "out" / "query.json").read_text(encoding="utf-8"))["matches"]) == 3
+    assert (tmp_path / "out" / "match-1.html").read_text(encoding="utf-8").startswith("<!doctype html>")
 
 
 def test_remove_removes_all_or_none(root, tmp_path, capsys):

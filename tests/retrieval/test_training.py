@@ -224,7 +224,10 @@ def test_a_model_comes_back_from_its_folder(model: RetrievalModel, pictures: Pat
     assert np.array_equal(back.encode(some), model.encode(some))
     assert back.settings == model.settings
     assert back.bits == 32
-    assert json.loads((tmp_path / "kept" / "model.json").read_text())["codes"]["kind"] == "proposed"
+    assert (
+        json.loads((tmp_path / "kept" / "model.json").read_text(encoding="utf-8"))["codes"]["kind"]
+        == "proposed"
+    )
     assert sorted(p.name for p in (tmp_path / "kept").iterdir()) == ["model.json", "model.npz"]
 
 

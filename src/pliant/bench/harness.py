@@ -95,7 +95,7 @@ def machine(packages: Sequence[str] = ("numpy", "scipy", "numba")) -> Row:
 
 def _processor() -> str:
     try:
-        with open("/proc/cpuinfo") as lines:
+        with open("/proc/cpuinfo", encoding="utf-8") as lines:
             for line in lines:
                 if line.startswith("model name"):
                     return line.split(":", 1)[1].strip()

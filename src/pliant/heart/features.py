@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
+from threadpoolctl import threadpool_limits
 
 from .._arrays import BoolArray, FloatArray, IntArray, as_floats, as_indices, frozen
 from .._parallel import ordered_map
@@ -207,7 +208,10 @@ def endocardial_features(
         chosen, rest = _segment(mesh, segment_of == segment, segment, points, (bins, waves), rng_of_segment)
         return chosen, np.column_stack([local[chosen], rest])
 
-    parts = list(ordered_map(measure, range(1, 18), n_jobs))
+    # Segments limit the linear algebra's threads, which is one setting for all: set around them it cannot change
+    # between one segment's beginning and its end, and with it the last bits.
+    with threadpool_limits(1):
+        parts = list(ordered_map(measure, range(1, 18), n_jobs))
     roughness, areas = _roughness(mesh, segment_of, bend.curvedness)
     return SegmentFeatures(
         np.concatenate([values for _, values in parts]),

@@ -184,7 +184,7 @@ class SymmetryResult:
         path = Path(folder)
         arrays = load_arrays(path / "symmetries.npz")
         try:
-            stored = json.loads((path / "symmetries.json").read_text())
+            stored = json.loads((path / "symmetries.json").read_text(encoding="utf-8"))
             if stored["format"] != _FORMAT:
                 message = f"{path}: written by another version ({stored['format']}), not {_FORMAT}"
                 raise FileFormatError(message)
