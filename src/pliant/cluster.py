@@ -163,7 +163,8 @@ class _Run:
 
         while True:
             try:
-                result = self.waiting[0].future.result()
+                # From the worker itself: by way of the scheduler it would be copied once more.
+                result = self.client.gather(self.waiting[0].future, direct=True)
             except FutureCancelledError as error:
                 self._recover(error)
             except KilledWorker as error:

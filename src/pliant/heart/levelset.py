@@ -100,7 +100,7 @@ def distance_regularized_level_set(
     force : {"region", "edge"}
         ``"region"``: the front moves out where the image is above half-way between two levels and in where it is
         below, as fast as the difference. ``"edge"``: Li's terms, a balloon that slows and a length that shortens
-        where g = 1 / (1 + (|grad(G * image)| / scale)²) is small.
+        where g = 1 / (1 + (s / scale)²) is small, s being the slope of the smoothed image.
     levels : (float, float), optional
         Typical values inside and outside for ``"region"``. Without them, the two means of the image; give them
         where it holds more than two tissues.

@@ -48,6 +48,6 @@ def experiments() -> tuple[Experiment, ...]:
     Examples
     --------
     >>> experiments()[0].name
-    'table-2.1'
+    'figure-2.7'
     """
     return tuple(import_module(f".{name}", __package__).EXPERIMENT for name in _MODULES)
