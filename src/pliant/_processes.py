@@ -38,12 +38,17 @@ def process_map(
             yield result
 
 
-def _pooled(work: Callable[[T], R], items: Sequence[T], processes: int) -> Iterator[R]:
+def worker_pool(processes: int) -> ProcessPoolExecutor:
+    """Return a pool whose workers end when this process is killed."""
     # A fresh interpreter: a forked one may not use the threads of compiled code.
     context = multiprocessing.get_context("spawn")
-    pool = ProcessPoolExecutor(
+    return ProcessPoolExecutor(
         processes, mp_context=context, initializer=_end_with_parent, initargs=(os.getpid(),)
     )
+
+
+def _pooled(work: Callable[[T], R], items: Sequence[T], processes: int) -> Iterator[R]:
+    pool = worker_pool(processes)
     waiting: deque[Future[R]] = deque()
     try:
         for item in items:

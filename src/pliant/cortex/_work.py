@@ -5,13 +5,9 @@ from __future__ import annotations
 import hashlib
 import itertools
 import json
-import multiprocessing
-import os
-import threading
-import time
 import zipfile
 from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import ProcessPoolExecutor, as_completed
+from concurrent.futures import as_completed
 from dataclasses import asdict, dataclass
 from functools import partial
 from pathlib import Path
@@ -22,6 +18,7 @@ from numpy.typing import ArrayLike
 
 from .. import __version__
 from .._arrays import FloatArray, vertex_values
+from .._processes import worker_pool
 from .._progress import progress_bar
 from ..cluster import Scheduler, map_ordered
 from ..errors import InputError, PliantError
@@ -113,26 +110,11 @@ def _outcomes(tasks: Sequence[Task], n_jobs: int) -> Iterator[tuple[int, str]]:
     if n_jobs == 1:
         yield from ((i, _measure(task)) for i, task in enumerate(tasks))
         return
-    # A fresh interpreter: a forked one may not use the threads of compiled code.
-    context = multiprocessing.get_context("spawn")
-    with ProcessPoolExecutor(
-        n_jobs, mp_context=context, initializer=_end_with_parent, initargs=(os.getpid(),)
-    ) as pool:
+    with worker_pool(n_jobs) as pool:
         waiting = {pool.submit(_measure, task): i for i, task in enumerate(tasks)}
         for done in as_completed(waiting):
             problem = done.exception()
             yield waiting[done], _explained(problem) if problem else done.result()
-
-
-def _end_with_parent(parent: int) -> None:
-    """Let a worker end when the process that started it is killed, rather than wait for work for ever."""
-
-    def watch() -> None:
-        while os.getppid() == parent:
-            time.sleep(0.5)
-        os._exit(1)
-
-    threading.Thread(target=watch, daemon=True).start()
 
 
 def _measure(task: Task) -> str:

@@ -14,6 +14,7 @@ from string import Template
 from typing import TYPE_CHECKING, Any
 
 from ..mesh.formats import write_atomically
+from ..report.page import version
 from .bench import Picture
 from .findings import VERDICTS, Row
 
@@ -83,7 +84,7 @@ def _html(place: Path, outcomes: Sequence[Outcome], quick: bool, data: bool) -> 
     )
     counts = Counter(outcome.findings.verdict for outcome in outcomes)
     settings = {
-        "Pliant": _package_version(),
+        "Pliant": version(),
         "Python": platform.python_version(),
         "run": "quick" if quick else "full",
         "seconds, all experiments": f"{sum(outcome.seconds for outcome in outcomes):.0f}",
@@ -100,7 +101,7 @@ def _html(place: Path, outcomes: Sequence[Outcome], quick: bool, data: bool) -> 
         "verdicts": "\n".join(_verdict_line(outcome) for outcome in outcomes),
         "sections": "\n".join(sections),
         "settings": "".join(_fact(name, value) for name, value in settings.items()),
-        "version": _package_version(),
+        "version": version(),
         "css": _asset("report.css"),
         "script": _asset("report.js"),
     }
@@ -198,9 +199,3 @@ def _fact(name: str, value: str) -> str:
 
 def _asset(name: str) -> str:
     return (resources.files(__package__) / "assets" / name).read_text(encoding="utf-8")
-
-
-def _package_version() -> str:
-    from .. import __version__
-
-    return str(__version__)
