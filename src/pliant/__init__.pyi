@@ -108,6 +108,7 @@ from .report import histogram_figure as histogram_figure
 from .report import segment_figure as segment_figure
 from .report import surface_figure as surface_figure
 from .report import surface_page as surface_page
+from .report import symmetry_page as symmetry_page
 from .report import write_page as write_page
 from .retrieval import RetrievalModel as RetrievalModel
 from .retrieval import ShapeIndex as ShapeIndex

@@ -25,7 +25,7 @@ def test_it_writes_arrays_numbers_a_picture_and_a_page(runner, tmp_path):
     assert "global" in done.output
     assert SymmetryResult.load(folder).symmetries[0].kind == "global"
     assert (folder / "symmetry-1.png").read_bytes().startswith(b"\x89PNG")
-    assert "mirror image" in (folder / "symmetries.html").read_text(encoding="utf-8")
+    assert 'data-symmetry="0"' in (folder / "symmetries.html").read_text(encoding="utf-8")
 
 
 def test_json_says_why_there_is_none(runner, tmp_path):

@@ -12,7 +12,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import scipy.sparse as sp
 
 from .._arrays import FloatArray, IntArray
 from ..evaluate import map_error, symmetry_repeatability
@@ -133,8 +132,10 @@ def _nearest_gap(a: FloatArray, b: FloatArray) -> float:
 def symmetry_factored(mesh: Mesh, spectrum: Spectrum, samples: int = 200) -> tuple[IntArray, IntArray]:
     """Pair samples by a symmetry-factored embedding, in the way of Lipman et al. 2010.
 
-    The voted pairs make a correspondence matrix between samples; diffused, its rows place each sample's orbit; a
-    sample's partner is the one nearest there that is not near on the surface.
+    The voted pairs, spread to their neighbours, make a correspondence matrix between samples; its first eigenvectors,
+    each times the root of its eigenvalue after scaling by rows' sums, place the samples so that orbits lie in one
+    direction. A sample's partner is the one of the largest inner product there that is not near on the surface, so
+    points near a mirror's line get a wrong one.
 
     Parameters
     ----------
@@ -151,24 +152,23 @@ def symmetry_factored(mesh: Mesh, spectrum: Spectrum, samples: int = 200) -> tup
     points = farthest_points(embedding[:, :20], min(samples, mesh.n_vertices))
     if not len(pairs):
         return points, np.full(len(points), -1)
-    ends = [_nearest(embedding[points], embedding[side]) for side in (pairs.sources, pairs.targets)]
-    weights = pairs.support / pairs.support.max()
-    matrix = sp.coo_array((weights, (ends[0], ends[1])), shape=(len(points),) * 2).toarray()
-    matrix = matrix + matrix.T + 0.1 * np.eye(len(points))
-    # The square root of rows' sums makes it symmetric; three steps of its walk bring orbits together.
+    sides = [_spread(embedding[points], embedding[side]) for side in (pairs.sources, pairs.targets)]
+    matrix = sides[0] * (pairs.support / pairs.support.max()) @ sides[1].T
+    matrix = matrix + matrix.T
+    matrix += 1e-3 * matrix.max() * np.eye(len(points))
     roots = np.sqrt(matrix.sum(axis=1))
     values, vectors = np.linalg.eigh(matrix / roots[:, None] / roots)
-    orbit = vectors / roots[:, None] * np.clip(values, 0, None) ** 3
+    factored = vectors * np.sqrt(np.clip(values, 0, None))
+    likeness = factored @ factored.T
     apart = np.linalg.norm(embedding[points][:, None] - embedding[points], axis=2)
-    gaps = np.linalg.norm(orbit[:, None] - orbit, axis=2)
-    gaps[apart < 0.15] = np.inf
-    return points, np.where(np.isfinite(gaps.min(axis=1)), points[gaps.argmin(axis=1)], -1)
+    likeness[apart < 0.15] = -np.inf
+    return points, np.where(np.isfinite(likeness.max(axis=1)), points[likeness.argmax(axis=1)], -1)
 
 
-def _nearest(points: FloatArray, queries: FloatArray) -> IntArray:
-    squares = (points**2).sum(axis=1) - 2 * queries @ points.T
-    found: IntArray = squares.argmin(axis=1)
-    return found
+def _spread(points: FloatArray, centres: FloatArray, width: float = 0.1) -> FloatArray:
+    squares = ((points[:, None] - centres) ** 2).sum(axis=2)
+    weights: FloatArray = np.exp(-squares / (2 * width**2))
+    return weights
 
 
 def repeatability(

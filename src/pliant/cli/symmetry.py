@@ -3,15 +3,14 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
 from .output import report_findings, say, say_json, show_facts, show_table
 
 if TYPE_CHECKING:
-    from .._arrays import FloatArray, IntArray
-    from ..matching.symmetry import Symmetry, SymmetryResult
+    from ..matching.symmetry import SymmetryResult
     from ..mesh import Mesh
 
 MeshFile = Annotated[Path, typer.Argument(metavar="MESH", help="A mesh file of any known format.")]
@@ -84,69 +83,17 @@ def _show(name: str, result: SymmetryResult) -> None:
 
 
 def _write(folder: Path, name: str, mesh: Mesh, result: SymmetryResult, up: Literal["y", "z"]) -> list[str]:
-    from ..report import correspondence_figure, surface_page, write_page
+    from ..report import correspondence_figure, correspondence_sources, symmetry_page, write_page
 
     result.save(folder)
     written = [folder / "symmetries.json", folder / "symmetries.npz"]
-    layers: dict[str, FloatArray] = {}
     for i, found in enumerate(result.symmetries, start=1):
-        title = f"symmetry {i} ({found.kind})"
-        layers[title] = _matching_colours(mesh, found)
-        ends = _spread(mesh, found)
-        drawn = correspondence_figure(
-            mesh, mesh, ends, found.point_map[ends], up=up, title=f"{title.capitalize()} of {name}"
-        )
+        ends = correspondence_sources(mesh, found)
+        title = f"Symmetry {i} ({found.kind}) of {name}"
+        drawn = correspondence_figure(mesh, mesh, ends, found.point_map[ends], up=up, title=title)
         written.append(folder / f"symmetry-{i}.png")
         drawn.savefig(written[-1])
-    if layers:
-        notes = (
-            "Each symmetry is a layer. A point and its mirror image have one colour; where nothing is carried, the "
-            "surface is grey."
-        )
-        settings: dict[str, Any] = dict(result.settings)
-        html = surface_page(
-            mesh, layers, title=f"Symmetries of {name}", notes=notes, settings=settings, up=up
-        )
+    if result.symmetries:
         written.append(folder / "symmetries.html")
-        write_page(written[-1], html)
+        write_page(written[-1], symmetry_page(mesh, result, title=f"Symmetries of {name}", up=up))
     return [str(path) for path in written]
-
-
-def _matching_colours(mesh: Mesh, found: Symmetry) -> FloatArray:
-    """Values that agree between points and their images: the longest direction of the source, carried over."""
-    import numpy as np
-
-    values = np.full(mesh.n_vertices, np.nan)
-    source = np.flatnonzero(found.source)
-    centred = mesh.vertices[source] - mesh.vertices[source].mean(axis=0)
-    along = centred @ np.linalg.svd(centred, full_matrices=False)[2][0]
-    if found.kind == "global":
-        place = np.empty(mesh.n_vertices)
-        place[source] = along
-        values[source] = (place + place[found.point_map]) / 2
-        return values
-    values[source] = along
-    images = found.point_map[source]
-    sums, counts = np.zeros(mesh.n_vertices), np.zeros(mesh.n_vertices)
-    np.add.at(sums, images, along)
-    np.add.at(counts, images, 1.0)
-    hit = (counts > 0) & ~found.source
-    values[hit] = sums[hit] / counts[hit]
-    missed = np.flatnonzero(found.target & ~hit)
-    if len(missed) and hit.any():
-        from scipy.spatial import KDTree
-
-        known = np.flatnonzero(hit)
-        nearest: Any = KDTree(mesh.vertices[known]).query(mesh.vertices[missed])[1]
-        values[missed] = values[known[nearest]]
-    return values
-
-
-def _spread(mesh: Mesh, found: Symmetry, count: int = 40) -> IntArray:
-    """Vertices of the source, far from one another."""
-    import numpy as np
-
-    from ..matching import farthest_points
-
-    source = np.flatnonzero(found.source)
-    return np.asarray(source[farthest_points(mesh.vertices[source], min(count, len(source)))])

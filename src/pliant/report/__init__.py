@@ -8,6 +8,7 @@ from .heart import bulls_eye_figure, contour_figure, segment_figure
 from .heart_page import heart_page
 from .page import surface_page, write_page
 from .pairs import correspondence_figure
+from .symmetry import correspondence_sources, symmetry_page
 
 __all__ = [
     "CohortTable",
@@ -17,6 +18,7 @@ __all__ = [
     "comparison_page",
     "contour_figure",
     "correspondence_figure",
+    "correspondence_sources",
     "extremes_figure",
     "heart_page",
     "hemisphere_views",
@@ -26,5 +28,6 @@ __all__ = [
     "sites_figure",
     "surface_figure",
     "surface_page",
+    "symmetry_page",
     "write_page",
 ]

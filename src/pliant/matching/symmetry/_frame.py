@@ -9,6 +9,7 @@ import numpy as np
 import scipy.sparse as sp
 
 from ..._arrays import FloatArray, IntArray, frozen
+from ...descriptors import wks
 from ...errors import InputError
 from ...mesh import Mesh
 from ...spectral import Spectrum
@@ -69,13 +70,10 @@ class Frame:
     @cached_property
     def _channels(self) -> FloatArray:
         """(n, T) wave kernel signature (Aubry 2011), each channel's mean, 1 on every surface, taken off."""
-        values = self.spectrum.values[1:]
-        low, high = np.log(values[0]), np.log(values[-1])
+        low, high = np.log(self.spectrum.values[[1, -1]])
         step = (high - low) / (_ENERGIES - 1 + 4 * _WIDTH)
         energies = low + step * (2 * _WIDTH + np.arange(_ENERGIES))
-        weights = np.exp(-((energies[:, None] - np.log(values)) ** 2) / (2 * (_WIDTH * step) ** 2))
-        weights *= self.spectrum.area / weights.sum(axis=1, keepdims=True)
-        channels = self.spectrum.vectors[:, 1:] ** 2 @ weights.T
+        channels = self.spectrum.area * wks(self.spectrum, energies=energies, width=_WIDTH * step)
         return frozen(channels - self.areas @ channels)
 
     @cached_property
