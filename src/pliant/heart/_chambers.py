@@ -18,6 +18,9 @@ STEP, _SIGMA = 2.0, 1.0
 _SHELL, _TISSUE = (2.0, 7.0), 20.0
 # What a part of the left ventricle must be: share of wall in its shell, with and without the blood next to it.
 _LEAST_WALL, _LEAST_OF_TISSUE, _LEAST_VOLUME = 0.4, 0.85, 15.0
+# A part that is open to the ventricle without a neck, across more than a face of a cube of its volume, needs less:
+# fat and lung lie behind the thin rim of muscle at the base. A valve is narrower than that.
+_LEAST_OPEN = 0.6
 # Contact that joins two parts of one chamber, or a neighbour to the ventricle, in mm².
 _CONTACT = 150.0
 # Blood with contrast agent is at least this much brighter than the tissue around it, in HU.
@@ -101,7 +104,7 @@ def find_chambers(volume: Volume, *, seed: FloatArray | None, near: BoolArray | 
         main = _main_basin(basins, walls, seed, corner)
     else:
         main = _basin_in(basins, walls, coarse_grid(Volume(near.astype(np.float32), volume.affine))[0] > 0.25)
-    ventricle = _joined(basins, main, [b for b in walls if _is_ventricle(walls[b])])
+    ventricle = _joined(basins, main, _contacts_needed(walls))
     beyond, others = _neighbours(basins, ventricle)
     return Chambers(values, corner, threshold, ventricle, beyond, others, walls[main][0])
 
@@ -163,9 +166,9 @@ def _shell_values(values: NDArray[np.float32], mask: BoolArray) -> NDArray[np.fl
     return shell if shell.size else np.zeros(1, dtype=np.float32)
 
 
-def _is_ventricle(row: tuple[float, float, float]) -> bool:
+def _is_ventricle(row: tuple[float, float, float], least: float = _LEAST_OF_TISSUE) -> bool:
     wall, blood, _ = row
-    return wall > _LEAST_WALL and wall > _LEAST_OF_TISSUE * (1 - blood)
+    return wall > _LEAST_WALL and wall > least * (1 - blood)
 
 
 def _main_basin(
@@ -208,17 +211,23 @@ def _basin_in(basins: IntArray, walls: dict[int, tuple[float, float, float]], ne
     return max(held, key=lambda b: held[b])
 
 
-def _joined(basins: IntArray, main: int, accepted: list[int]) -> BoolArray:
-    """Join accepted basins that touch: papillary muscles can split a ventricle."""
+def _contacts_needed(walls: dict[int, tuple[float, float, float]]) -> dict[int, float]:
+    """Area of contact, mm², from which a basin belongs to the ventricle; basins that never do are left out."""
+    needed = {b: (1000 * row[2]) ** (2 / 3) for b, row in walls.items() if _is_ventricle(row, _LEAST_OPEN)}
+    return needed | {b: _CONTACT for b, row in walls.items() if _is_ventricle(row)}
+
+
+def _joined(basins: IntArray, main: int, needed: dict[int, float]) -> BoolArray:
+    """Join basins that touch enough of the ventricle: papillary muscles can split it."""
     ventricle: BoolArray = basins == main
-    waiting = [b for b in accepted if b != main]
+    waiting = [b for b in needed if b != main]
     touching = True
     while touching:
         touching = False
         around = ndimage.binary_dilation(ventricle)
         for label in list(waiting):
             part = basins == label
-            if (part & around).sum() * STEP**2 > _CONTACT:
+            if (part & around).sum() * STEP**2 > needed[label]:
                 ventricle |= part
                 waiting.remove(label)
                 touching = True
