@@ -12,43 +12,23 @@ import typer
 
 from .ending import complain
 from .heart import heart as heart
+from .heart_options import (
+    AsJson,
+    Jobs,
+    Landmarks,
+    Mask,
+    Patient,
+    Points,
+    Radius,
+    Right,
+    Seed,
+    takes_patient,
+)
 from .output import folder_checked, say, say_json, show_facts, show_table, with_ending
 
 if TYPE_CHECKING:
     from ..heart import HeartDescription, HeartStudy
     from ..mesh import Mesh
-
-Landmarks = Annotated[
-    Path | None,
-    typer.Option(
-        metavar="FILE",
-        exists=True,
-        help="JSON with any of apex, base (3 numbers), septum (3 x 3), in RAS mm.",
-    ),
-]
-Mask = Annotated[
-    Path | None,
-    typer.Option(metavar="FILE", exists=True, help="Blood pool on the volume's grid, instead of finding it."),
-]
-Right = Annotated[
-    Path | None,
-    typer.Option(
-        metavar="FILE", exists=True, help="Mask of the right ventricle, instead of septal landmarks."
-    ),
-]
-Points = Annotated[int, typer.Option(min=10, help="Points a segment.")]
-Radius = Annotated[float, typer.Option(help="Scale of the curvatures, in mm.")]
-Seed = Annotated[int, typer.Option(min=0, help="Seed of every draw.")]
-Jobs = Annotated[
-    int | None, typer.Option(min=1, help="Threads, or processes of a cohort; all cores without it.")
-]
-AsJson = Annotated[bool, typer.Option("--json", help="Write JSON to standard output, and nothing else.")]
-Source = Annotated[
-    Path,
-    typer.Argument(
-        metavar="INPUT", exists=True, help="A CT (folder of DICOM, NIfTI, NRRD, MHA) or a surface mesh."
-    ),
-]
 
 
 @heart.command()
@@ -128,25 +108,19 @@ def segments(
 
 
 @heart.command()
+@takes_patient
 def describe(
-    source: Source,
     out: Annotated[
         Path, typer.Option("--out", "-o", metavar="FILE", help="Arrays to write: .npz, or .csv of segments.")
     ],
-    landmarks: Landmarks = None,
-    mask: Mask = None,
-    right_ventricle: Right = None,
-    points: Points = 500,
-    radius: Radius = 3.0,
-    seed: Seed = 0,
-    jobs: Jobs = None,
+    patient: Patient,
     as_json: AsJson = False,
 ) -> None:
     """Measure 23 numbers at points of every segment, the roughness of each, and the cavity."""
     from .. import save_arrays
 
     with_ending(out, (".npz", ".csv"))
-    found = _described(source, landmarks, mask, right_ventricle, points, radius, seed, jobs)
+    found = patient.described()
     features = found.features
     if out.suffix.lower() == ".npz":
         arrays = ("values", "segments", "vertices", "roughness", "areas")
@@ -162,18 +136,12 @@ def describe(
 
 
 @heart.command()
+@takes_patient
 def report(
-    source: Source,
     out: Annotated[
         Path, typer.Option("--out", "-o", metavar="DIR", help="Folder for the page, figures and tables.")
     ],
-    landmarks: Landmarks = None,
-    mask: Mask = None,
-    right_ventricle: Right = None,
-    points: Points = 500,
-    radius: Radius = 3.0,
-    seed: Seed = 0,
-    jobs: Jobs = None,
+    patient: Patient,
     as_json: AsJson = False,
 ) -> None:
     """Take one patient from a CT to one HTML page. Research software, not a medical device."""
@@ -182,10 +150,11 @@ def report(
     from ..report import bulls_eye_figure, heart_page, segment_figure, write_page
 
     out.mkdir(parents=True, exist_ok=True)
-    found = _described(source, landmarks, mask, right_ventricle, points, radius, seed, jobs)
-    settings = {"input": source.name, "pliant": __version__}
+    found = patient.described()
+    settings = {"input": patient.source.name, "pliant": __version__}
     write_page(
-        out / "report.html", heart_page(found, title=f"Left ventricle: {source.name}", settings=settings)
+        out / "report.html",
+        heart_page(found, title=f"Left ventricle: {patient.source.name}", settings=settings),
     )
     save_mesh(out / "endocardium.ply", found.mesh)
     _write_segments(out / "segments.csv", found)
@@ -287,36 +256,6 @@ def study(
     for name, reason in left_out.items():
         say(f"left out: {name}: {reason}")
     say(f"wrote {out / f'{found.scenario}.csv'}")
-
-
-def _described(
-    source: Path,
-    landmarks: Path | None,
-    mask: Path | None,
-    right_ventricle: Path | None,
-    points: int,
-    radius: float,
-    seed: int,
-    jobs: int | None,
-) -> HeartDescription:
-    from ..heart import describe_heart, load_volume, read_heart_landmarks
-    from ..mesh import load_mesh
-
-    endings = (".ply", ".vtk", ".vtp", ".vtu", ".obj", ".off", ".stl", ".gii")
-    is_mesh = source.is_file() and source.name.lower().removesuffix(".gz").endswith(endings)
-    found = describe_heart(
-        load_mesh(source) if is_mesh else load_volume(source),
-        mask=None if mask is None else load_volume(mask).values > 0.5,
-        landmarks=read_heart_landmarks(landmarks) if landmarks else None,
-        right_ventricle=None if right_ventricle is None else load_volume(right_ventricle),
-        points=points,
-        radius=radius,
-        rng=seed,
-        n_jobs=jobs,
-    )
-    for text in found.cautions:
-        complain("warning", text)
-    return found
 
 
 def _write_segments(path: Path, found: HeartDescription) -> None:
