@@ -1,14 +1,17 @@
 from __future__ import annotations
 
 import json
+from pathlib import Path
 
 import numpy as np
 import pytest
 
+import pliant
 from pliant import InputError
 from pliant.cli import main
 from pliant.reproduce import Experiment, Findings, Row, experiments, reproduce
 from pliant.reproduce import run as running
+from pliant.reproduce._closure import closure
 from pliant.reproduce.findings import row_of
 
 FAST = "figure-3.4"
@@ -27,7 +30,7 @@ def counted(monkeypatch):
         raise InputError("no such thing")
 
     made = (
-        Experiment("table-2.1", "Fine", "claim", "criterion", fine),
+        Experiment("table-2.1", "Fine", "claim", "criterion", fine, covers=("figure-2.3",)),
         Experiment("figure-2.9", "Broken", "claim", "criterion", broken),
         Experiment("table-6.2", "Without data", "claim", "criterion", fine, needs=("images/symd",)),
     )
@@ -35,10 +38,27 @@ def counted(monkeypatch):
     return runs
 
 
-def test_names_are_unique_and_in_order():
-    names = [(e.chapter, e.name) for e in experiments()]
-    assert len(set(names)) == len(names)
-    assert [chapter for chapter, _ in names] == sorted(chapter for chapter, _ in names)
+# Every table and figure of the dissertation that carries a result; the others are drawings of methods.
+TABLES = "2.1 2.2 3.1 4.1 5.2 5.3 5.4 5.5 5.6 5.7 5.8 5.9 6.1 6.2"
+FIGURES = (
+    "2.7 2.8 2.9 2.10 2.11 2.12 3.1 3.2 3.3 3.4 3.5 3.6 3.7 3.8 3.9 3.10 4.1 4.3 4.5 4.6 4.7 4.8 4.9 4.10 4.11 "
+    "5.3 5.4 5.5 5.6 5.7 5.8 6.1 6.2 6.5 6.6"
+)
+
+
+def test_every_result_is_covered_once_and_in_order():
+    names = [name for e in experiments() for name in (e.name, *e.covers)]
+    wanted = [f"table-{n}" for n in TABLES.split()] + [f"figure-{n}" for n in FIGURES.split()]
+    assert sorted(names) == sorted(wanted)
+    chapters = [e.chapter for e in experiments()]
+    assert chapters == sorted(chapters)
+
+
+def test_criteria_are_stated_for_every_experiment():
+    for e in experiments():
+        assert e.title
+        assert e.claim.endswith(".")
+        assert e.criterion.endswith(".")
 
 
 def test_what_fails_is_said_and_the_rest_goes_on(counted, tmp_path):
@@ -60,6 +80,44 @@ def test_results_are_reused_until_seed_or_settings_change(counted, tmp_path):
     reproduce(["table-2.1"], folder=tmp_path, rng=1)
     reproduce(["table-2.1"], folder=tmp_path, quick=True)
     assert counted == [0, 1, 0]
+
+
+def test_what_an_experiment_covers_can_be_asked_for(counted, tmp_path):
+    done = reproduce(["figure-2.3"], folder=tmp_path)
+    assert [o.experiment.name for o in done] == ["table-2.1"]
+    page = (tmp_path / "report.html").read_text(encoding="utf-8")
+    assert 'id="figure-2.3"' in page
+    assert "Table 2.1, Figure 2.3" in page
+
+
+def test_the_report_keeps_what_still_stands(counted, tmp_path):
+    def listed():
+        return [v["name"] for v in json.loads((tmp_path / "verdicts.json").read_text(encoding="utf-8"))]
+
+    reproduce(["table-2.1"], folder=tmp_path)
+    done = reproduce(["table-6.2"], folder=tmp_path)
+    assert [o.experiment.name for o in done] == ["table-6.2"]
+    assert listed() == ["table-2.1", "table-6.2"]
+    reproduce(["table-6.2"], folder=tmp_path, rng=1)
+    assert listed() == ["table-6.2"]  # the other was made with another seed
+
+
+def test_a_result_depends_on_the_modules_it_imports_and_no_others():
+    def names(module):
+        package = Path(pliant.__file__).parent
+        return {str(path.relative_to(package).with_suffix("")) for path in closure(f"pliant.{module}")}
+
+    own = names("reproduce.table_2_1")
+    assert {
+        "reproduce/table_2_1",
+        "reproduce/_cylinders",
+        "cortex/tuning",
+        "geodesic/field",
+        "mesh/spin",
+    } <= own
+    assert not {name for name in own if name.split("/")[0] in ("heart", "images", "retrieval", "cli")}
+    assert "mesh/shapes/figures" in names("reproduce.figure_3_9")
+    assert "heart/features" in names("reproduce.table_5_7")
 
 
 def test_a_broken_result_file_is_computed_again(counted, tmp_path):

@@ -42,8 +42,11 @@ def reproduce(
     from ..reproduce import reproduce as run
 
     if list_only:
-        rows = [(e.name, e.title, ", ".join(e.needs) or "–") for e in experiments()]
-        show_table("Experiments", ("name", "what", "needs"), rows)
+        rows = [
+            (e.name, e.title + (f" ({', '.join(e.covers)})" if e.covers else ""), ", ".join(e.needs) or "–")
+            for e in experiments()
+        ]
+        show_table("Experiments", ("name", "what, and what else it covers", "needs"), rows)
         return
     place = data or (Path(os.environ["PLIANT_DATA"]) if os.environ.get("PLIANT_DATA") else None)
     done = run(names or (), folder=output, data=place, quick=quick, rng=seed, progress=True)

@@ -1,4 +1,4 @@
-"""Figures 3.1 to 3.3: the kernel under deformation, and how well signatures tell points apart."""
+"""Figure 3.1: the biharmonic density kernel under deformation."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from typing import get_args
 import numpy as np
 
 from .._arrays import FloatArray
-from ..descriptors import bde, bdk, hks, wks
+from ..descriptors import bdk
 from ..mesh import perturbed, shapes
 from ..mesh.perturb import Kind
 from ..report import surface_figure
@@ -30,14 +30,6 @@ def _run(bench: Bench) -> Findings:
             ranks.append(_rank_correlation(_relative(spectrum)[copy.source], there))
         rows.append(row_of(f"{kind}: rank correlation of the kernel before and after", None, ranks))
         steady.append(float(np.mean(ranks)) > 0.9)
-    for name, signature in {"HKS": hks, "WKS": wks, "BDE": bde}.items():
-        rows.append(
-            row_of(
-                f"{name}: share of points whose nearest other is a neighbour, or the mirror image's",
-                None,
-                _unique(signature, spectra, n),
-            )
-        )
     drawn = surface_figure(
         bodies[0],
         _relative(spectra[0]),
@@ -71,30 +63,10 @@ def _rank_correlation(a: FloatArray, b: FloatArray) -> float:
     return float(spearmanr(a, b).statistic)
 
 
-def _unique(signature, spectra: list[Spectrum], n: int) -> list[float]:  # type: ignore[no-untyped-def]
-    """Share of sampled points whose nearest other point, by signature, is their mirror image or a neighbour of it."""
-    from scipy.spatial import cKDTree
-
-    found = []
-    for spectrum, figure in zip(spectra, (shapes.human(n), shapes.quadruped(n)), strict=True):
-        rows = signature(spectrum)
-        size = np.sqrt(figure.mesh.area)
-        drawn = np.random.default_rng(0).choice(len(rows), 300, replace=False)
-        nearest = np.asarray(cKDTree(rows).query(rows[drawn], k=2)[1])
-        other = np.where(nearest[:, 0] == drawn, nearest[:, 1], nearest[:, 0])
-        points = figure.mesh.vertices
-        apart = np.minimum(
-            np.linalg.norm(points[other] - points[drawn], axis=1),
-            np.linalg.norm(points[other] - points[figure.symmetry[drawn]], axis=1),
-        )
-        found.append(float((apart < 0.05 * size).mean()))
-    return found
-
-
 EXPERIMENT = Experiment(
     "figure-3.1",
-    "The density kernel under deformation; uniqueness of signatures (Fig. 3.1 to 3.3)",
-    "The kernel is consistent under isometry, micro-holes, noise, holes and local scaling; signatures are unique.",
+    "The density kernel under deformation",
+    "The kernel is consistent under isometry, micro-holes, noise, holes and local scaling.",
     "Its values before and after correlate in rank by more than .9 in every class; in part in some.",
     _run,
 )

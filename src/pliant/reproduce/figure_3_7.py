@@ -61,7 +61,7 @@ def _pairs(bench: Bench) -> tuple[list[Pair], str]:
 
 EXPERIMENT = Experiment(
     "figure-3.7",
-    "Hit rates between poses (Fig. 3.5b, 3.7)",
+    "Hit rates between poses",
     "BDE is above HKS and WKS on TOSCA; simple averaging is above Gaussian.",
     "The printed form is above both at every share of the vertices; in part if only Pliant's reading of it is.",
     _run,

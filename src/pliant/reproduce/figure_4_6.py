@@ -8,10 +8,10 @@ from ..matching.symmetry import Symmetry, detect_symmetries
 from ..mesh import shapes
 from ..mesh.shapes import Figure
 from ..report import surface_figure
+from ._animals import LEGS, mirror_error, parts_of
 from .bench import Bench
 from .findings import Experiment, Findings, Row, row_of
 
-LEGS = ("left front leg", "right front leg", "left hind leg", "right hind leg")
 PRINTED = 3.0
 
 
@@ -22,8 +22,8 @@ def _run(bench: Bench) -> Findings:
     for pose in poses:
         posed = animal.posed(pose)
         found = detect_symmetries(posed.mesh, rng=bench.seed).symmetries
-        mirrors.append(_mirror_error(posed, found))
-        pairs = [_parts(posed, one) for one in found if one.kind == "partial"]
+        mirrors.append(mirror_error(posed.mesh, posed.symmetry, found))
+        pairs = [parts_of(posed, one) for one in found if one.kind == "partial"]
         legs.append(len({pair for pair in pairs if set(pair) <= set(LEGS)}))
         wrong.append(
             sum(
@@ -58,26 +58,6 @@ def _run(bench: Bench) -> Findings:
     )
 
 
-def _mirror_error(figure: Figure, found: tuple[Symmetry, ...]) -> float:
-    from ..geodesic import GeodesicHierarchy
-
-    whole = [one for one in found if one.kind == "global"]
-    if not whole:
-        return float("nan")
-    drawn = np.random.default_rng(0).choice(figure.mesh.n_vertices, 200, replace=False)
-    distances = GeodesicHierarchy(figure.mesh).distances(figure.symmetry[drawn])
-    errors = distances[np.arange(len(drawn)), whole[0].point_map[drawn]]
-    return float(errors.mean() / np.sqrt(figure.mesh.area))
-
-
-def _parts(figure: Figure, one: Symmetry) -> tuple[str, str]:
-    """Parts that most of source and target belong to, in order."""
-    names = [
-        figure.part_names[int(np.bincount(figure.parts[mask]).argmax())] for mask in (one.source, one.target)
-    ]
-    return min(names), max(names)
-
-
 def _alike(figure: Figure, one: Symmetry, pair: tuple[str, str]) -> bool:
     """Legs are alike, and a region is like its own mirror image."""
     if set(pair) <= set(LEGS):
@@ -101,8 +81,9 @@ def _draw(bench: Bench, figure: Figure, found: tuple[Symmetry, ...]) -> None:
 
 EXPERIMENT = Experiment(
     "figure-4.6",
-    "Overlapping symmetries of an animal (Fig. 4.1, 4.6, 4.11)",
+    "Overlapping symmetries of an animal",
     "Voting finds several overlapping symmetries, such as leg to leg, besides the mirror of the whole.",
     "On average three of the six pairs of legs are found and no pair of regions that are not alike.",
     _run,
+    covers=("figure-4.1", "figure-4.11"),
 )

@@ -124,6 +124,8 @@ class Experiment:
         Folders of the data without which nothing is measured.
     uses : tuple of str
         Folders that are used where they are there; synthetic shapes stand in for them otherwise.
+    covers : tuple of str
+        Other tables and figures that it answers as well; it can be asked for by these names too.
     """
 
     name: str
@@ -133,6 +135,7 @@ class Experiment:
     run: Callable[[Bench], Findings]
     needs: tuple[str, ...] = ()
     uses: tuple[str, ...] = ()
+    covers: tuple[str, ...] = ()
 
     @property
     def chapter(self) -> int:
@@ -174,6 +177,11 @@ def row_of(name: str, printed: float | None, values: ArrayLike, *, note: str = "
 
     half = float(t.ppf(0.975, found.size - 1) * found.std(ddof=1) / math.sqrt(found.size))
     return Row(name, printed, round(mean, 12), mean - half, mean + half, note)
+
+
+def graded(whole: bool, part: bool) -> Verdict:
+    """Say that a claim holds, holds in part, or does not."""
+    return "holds" if whole else "holds partly" if part else "does not hold"
 
 
 def share(verdicts: Sequence[bool]) -> Verdict:

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any
 from ..mesh.formats import write_atomically
 from ..report.page import version
 from .bench import Picture
-from .findings import VERDICTS, Row
+from .findings import VERDICTS, Experiment, Row
 
 if TYPE_CHECKING:
     from .run import Outcome
@@ -63,6 +63,7 @@ def _verdict(outcome: Outcome) -> dict[str, Any]:
     return {
         "name": outcome.experiment.name,
         "title": outcome.experiment.title,
+        "covers": list(outcome.experiment.covers),
         "printed": first["printed"],
         "ours": first["ours"],
         "interval": first["interval"],
@@ -111,7 +112,7 @@ def _html(place: Path, outcomes: Sequence[Outcome], quick: bool, data: bool) -> 
 def _verdict_line(outcome: Outcome) -> str:
     about, findings = outcome.experiment, outcome.findings
     return (
-        f'<tr><th scope="row"><a href="#{about.name}">{_spoken(about.name)}</a>'
+        f'<tr><th scope="row"><a href="#{about.name}">{_names(about)}</a>'
         f"<small>{escape(about.title)}</small></th><td>{escape(about.claim)}</td><td>{_badge(findings.verdict)}</td><td>{escape(findings.summary)}</td></tr>"
     )
 
@@ -124,9 +125,10 @@ def _section(place: Path, outcome: Outcome) -> str:
         facts["Settings"] = settings
     listed = "".join(f"<dt>{name}</dt><dd>{escape(text)}</dd>" for name, text in facts.items())
     pictures = "".join(_picture(place, picture) for picture in outcome.pictures)
+    also = "".join(f'<span id="{name}"></span>' for name in about.covers)
     return (
         f'<section class="experiment" id="{about.name}" aria-labelledby="{about.name}-title"><header>'
-        f'<h3 id="{about.name}-title">{_spoken(about.name)}: {escape(about.title)}</h3>'
+        f'{also}<h3 id="{about.name}-title">{_names(about)}: {escape(about.title)}</h3>'
         f"{_badge(findings.verdict)}</header>"
         f'<p class="found">{escape(findings.summary)}</p><dl>{listed}</dl>'
         f"{_rows(findings.rows)}"
@@ -178,6 +180,15 @@ def _picture(place: Path, picture: Picture) -> str:
 
 def _badge(verdict: str, text: str = "") -> str:
     return f'<span class="badge {_CLASSES[verdict]}">{escape(text or verdict)}</span>'
+
+
+def _names(about: Experiment) -> str:
+    """Name it and what else it covers, the word Table or Figure not said twice."""
+    kind = about.name.partition("-")[0]
+    others = [
+        name.partition("-")[2] if name.startswith(f"{kind}-") else _spoken(name) for name in about.covers
+    ]
+    return ", ".join([_spoken(about.name), *others])
 
 
 def _spoken(name: str) -> str:

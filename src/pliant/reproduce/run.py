@@ -10,13 +10,13 @@ import warnings
 from collections.abc import Iterable, Sequence
 from dataclasses import asdict, dataclass
 from functools import cache
-from importlib import resources
 from pathlib import Path
 from typing import Any
 
 from .._progress import progress_bar
 from ..errors import InputError, PliantError
 from ..mesh.formats import write_atomically
+from ._closure import closure
 from .bench import Bench, Picture
 from .catalogue import experiments
 from .findings import Experiment, Findings
@@ -65,7 +65,8 @@ def reproduce(
     Parameters
     ----------
     names : sequence of str
-        Experiments, as ``"table-2.2"``, or chapters, as ``"chapter-2"``; all by default.
+        Experiments, as ``"table-2.2"``, tables and figures that one of them covers, as ``"figure-2.9"``, or chapters,
+        as ``"chapter-2"``; all by default.
     folder : str or path-like
         Where ``report.html``, ``verdicts.json`` and the results go; made if it is not there.
     data : str or path-like, optional
@@ -90,9 +91,10 @@ def reproduce(
 
     Notes
     -----
-    Each result is written as it is done. It is reused as long as the code of the package, the files it may read, the
+    Each result is written as it is done. It is reused as long as the modules it imports, the files it may read, the
     seed and ``quick`` are the same, so a run that was stopped goes on. An experiment that fails is reported as not
-    tested, with its error, and the others go on.
+    tested, with its error, and the others go on. The report holds all results of the folder that still stand, those
+    asked for now and those of earlier runs.
 
     Examples
     --------
@@ -116,7 +118,10 @@ def reproduce(
         for experiment in chosen:
             done.append(_outcome(experiment, place / RESULTS, source, quick, rng))
             advance()
-    write_report(place, done, quick=quick, data=source is not None)
+    # What an earlier run on the same code, data and settings left in the folder belongs in its report too.
+    asked = {outcome.experiment.name: outcome for outcome in done}
+    every = [asked.get(e.name) or _kept(e, place / RESULTS, source, quick, rng) for e in experiments()]
+    write_report(place, [found for found in every if found], quick=quick, data=source is not None)
     return done
 
 
@@ -124,7 +129,7 @@ def _chosen(names: Sequence[str]) -> list[Experiment]:
     known = experiments()
     wanted: set[str] = set()
     for name in names:
-        matches = [e.name for e in known if name in (e.name, f"chapter-{e.chapter}")]
+        matches = [e.name for e in known if name in (e.name, *e.covers, f"chapter-{e.chapter}")]
         if not matches:
             message = f"no experiment is called {name!r}; there are {', '.join(e.name for e in known)}"
             raise InputError(message)
@@ -133,12 +138,10 @@ def _chosen(names: Sequence[str]) -> list[Experiment]:
 
 
 def _outcome(experiment: Experiment, place: Path, data: Path | None, quick: bool, seed: int) -> Outcome:
-    file = place / f"{experiment.name}.json"
-    key = _key(experiment, data, quick, seed)
-    kept = _stored(file, key)
+    kept = _kept(experiment, place, data, quick, seed)
     if kept is not None:
-        pictures = tuple(Picture(**picture) for picture in kept["pictures"])
-        return Outcome(experiment, Findings.from_dict(kept["findings"]), pictures, kept["seconds"], True)
+        return kept
+    file, key = place / f"{experiment.name}.json", _key(experiment, data, quick, seed)
     bench = Bench(experiment.name, place, data, quick, seed)
     start = time.perf_counter()
     findings, final = _measured(experiment, bench)
@@ -153,6 +156,14 @@ def _outcome(experiment: Experiment, place: Path, data: Path | None, quick: bool
     }
     write_atomically(file, json.dumps(record, indent=1, allow_nan=False).encode())
     return Outcome(experiment, findings, tuple(bench.pictures), seconds, False)
+
+
+def _kept(experiment: Experiment, place: Path, data: Path | None, quick: bool, seed: int) -> Outcome | None:
+    kept = _stored(place / f"{experiment.name}.json", _key(experiment, data, quick, seed))
+    if kept is None:
+        return None
+    pictures = tuple(Picture(**picture) for picture in kept["pictures"])
+    return Outcome(experiment, Findings.from_dict(kept["findings"]), pictures, kept["seconds"], True)
 
 
 def _measured(experiment: Experiment, bench: Bench) -> tuple[Findings, bool]:
@@ -178,7 +189,7 @@ def _stored(file: Path, key: str) -> dict[str, Any] | None:
 
 
 def _key(experiment: Experiment, data: Path | None, quick: bool, seed: int) -> str:
-    digest = hashlib.sha256(f"{experiment.name} {quick} {seed} {_code()}".encode())
+    digest = hashlib.sha256(f"{experiment.name} {quick} {seed} {_code(experiment.run.__module__)}".encode())
     for part in (*experiment.needs, *experiment.uses):
         place = None if data is None else data / part
         for path in _files(place):
@@ -195,9 +206,8 @@ def _files(place: Path | None) -> Iterable[Path]:
 
 
 @cache
-def _code() -> str:
+def _code(module: str) -> str:
     digest = hashlib.sha256()
-    package = Path(str(resources.files("pliant")))
-    for path in sorted(package.rglob("*.py")):
+    for path in closure(module):
         digest.update(path.read_bytes())
     return digest.hexdigest()

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from ..evaluate.relevance import mean_interval
-from ..images import evaluate_pairs
-from ._pairs import NEEDS, image_pairs
+from ._pairs import NEEDS
+from ._studied import METHODS, studied
 from .bench import Bench
 from .findings import Experiment, Findings, Row
 
@@ -15,12 +15,10 @@ PRINTED = {
     "fast": (0.40, 0.54),
     "gb": (0.36, 0.61),
 }
-METHODS = ("proposed", "sift", "orb", "akaze", "fast", "gb", "whole", "centre", "saliency")
 
 
 def _run(bench: Bench) -> Findings:
-    pairs, said = image_pairs(bench)
-    study = evaluate_pairs(pairs, methods=METHODS, rng=bench.seed, n_jobs=None)
+    pairs, study, said = studied(bench)
     rows = []
     for name in METHODS:
         printed = PRINTED.get(name, (None, None))
