@@ -79,7 +79,9 @@ def test_nothing_is_found_where_there_is_nothing() -> None:
 def test_every_study_shows_both_baselines_and_all_columns() -> None:
     features, percent = cohort(20, 1.0)
     table = heart_study(features, percent, scenario="global", **FAST).table()
-    assert {row["method"] for row in table} == {"bag of features", "roughness", "cavity volume"}
+    assert {row["method"] for row in table} == {
+        "bag of features", "bag of features and size", "roughness", "cavity volume"
+    }  # fmt: skip
     assert {row["unit"] for row in table} == {"all"}
     graded = next(row for row in table if row["model"] == "ridge")
     assert graded["R2"] == pytest.approx(graded["r"] * abs(graded["r"]), abs=2e-3)
@@ -124,6 +126,7 @@ def test_perceptron_and_least_squares_run_and_repeat_with_the_seed() -> None:
     one, two = (heart_study(features, percent, **options) for _ in range(2))
     assert [row.predicted.tobytes() for row in one.rows] == [row.predicted.tobytes() for row in two.rows]
     assert {row.model for row in one.rows} == {"perceptron", "logistic", "linear", "ridge"}
+    assert {row.model for row in one.rows if row.method.endswith("size")} == {"logistic", "ridge"}
 
 
 def test_labels_that_cannot_be_used_are_refused() -> None:
@@ -290,7 +293,8 @@ def test_study_command_leaves_tables(folder: Path, tmp_path: Path) -> None:
     found = json.loads(done.stdout)
     assert list(found["left_out"]) == ["bad"]
     assert (tmp_path / "global.csv").read_text(encoding="utf-8").startswith("unit,method,model")
-    assert {row["method"] for row in found["rows"]} == {"bag of features", "roughness", "cavity volume"}
+    methods = {"bag of features", "bag of features and size", "roughness", "cavity volume"}
+    assert {row["method"] for row in found["rows"]} == methods
 
 
 def test_segments_refuses_a_mesh_that_is_no_ventricle(tmp_path: Path) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Annotated
 
 import typer
@@ -12,16 +13,22 @@ from .output import say_json
 
 def heart(
     tables: Annotated[
-        str, typer.Option(metavar="T,T,...", help="Of 5.3, 5.8, 5.9, ablation, direction, none and ct.")
+        str,
+        typer.Option(metavar="T,T,...", help="Of 5.3, 5.8, 5.9, ablation, direction, none, ct, sunnybrook."),
     ] = "5.9,ablation",
     subjects: Annotated[int, typer.Option(min=12, help="Phantoms a cohort.")] = 32,
     seed: Annotated[int, typer.Option(min=0, help="Of the cohorts.")] = 1000,
     permutations: Annotated[int, typer.Option(min=0, help="Shuffles for the null.")] = 0,
     perceptron: Annotated[bool, typer.Option(help="Also train perceptrons.")] = True,
     repeats: Annotated[int, typer.Option(min=1, help="Draws of the folds.")] = 1,
+    spacing: Annotated[float, typer.Option(min=0.5, help="Of the CT volumes of table ct, in mm.")] = 1.0,
+    data: Annotated[
+        Path | None,
+        typer.Option(metavar="DIR", exists=True, help="Folder of the real hearts of table sunnybrook."),
+    ] = None,
     as_json: AsJson = False,
 ) -> None:
-    """Predict stenosis on phantoms of known truth: Tables 5.3, 5.8, 5.9, the ablation, a null, from CT."""
+    """Predict stenosis on phantoms of known truth: Tables 5.3, 5.8, 5.9, the ablation, a null, CT, real hearts."""
     from ..bench import heart as measurements
 
     rows = measurements.run(
@@ -31,6 +38,8 @@ def heart(
         permutations=permutations,
         perceptron=perceptron,
         repeats=repeats,
+        spacing=spacing,
+        data=data,
     )
     if as_json:
         say_json(rows)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import warnings
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any, Literal, TypeAlias
+from typing import Any, Literal, TypeAlias, get_args
 
 import numpy as np
 from sklearn.base import clone
@@ -17,14 +17,17 @@ from sklearn.pipeline import make_pipeline
 from sklearn.preprocessing import StandardScaler
 
 from .._arrays import BoolArray, FloatArray, IntArray
+from ._fusion import SizeAndShape
 
 Classifier: TypeAlias = Literal["perceptron", "logistic"]
 Regressor: TypeAlias = Literal["linear", "ridge"]
 Folds: TypeAlias = "int | Literal['leave-one-out']"
 Split: TypeAlias = tuple[IntArray, IntArray]
+CLASSIFIERS: tuple[Classifier, ...] = get_args(Classifier)
+REGRESSORS: tuple[Regressor, ...] = get_args(Regressor)
 
-# A perceptron takes a tenth of a second to train: its null is drawn from fewer shuffles.
-PERCEPTRON_SHUFFLES = 20
+# A perceptron, or a fusion with its inner folds, takes a tenth of a second to train: fewer shuffles for its null.
+SLOW_SHUFFLES = 20
 
 
 @dataclass(frozen=True, eq=False)
@@ -42,12 +45,18 @@ class Problem:
         return bool(np.isfinite(self.percent).all())
 
 
-def model(name: Classifier | Regressor, inputs: int, samples: int, rng: int) -> Any:
-    """Return a new model that scales its inputs by what it is fitted to.
+def model(
+    name: Classifier | Regressor, inputs: int, samples: int, rng: int, *, with_size: bool = False
+) -> Any:
+    """Return a new model that scales its inputs by what it is fitted to; with size, the first input is the size.
 
     The perceptron has one hidden layer of half as many units as inputs and classes together, sigmoids, learning rate
     0.3 and momentum 0.2 (section 5.5).
     """
+    if with_size:
+        return SizeAndShape(
+            lambda columns: model(name, columns, samples, rng), classify=name in CLASSIFIERS, rng=rng
+        )
     if name == "perceptron":
         last: Any = MLPClassifier(
             (max(2, (inputs + 2) // 2),), activation="logistic", solver="sgd", learning_rate_init=0.3, momentum=0.2,
@@ -93,10 +102,11 @@ def predictions(
     target: FloatArray,
     splits: Sequence[Sequence[Split]],
     rng: int,
+    with_size: bool = False,
 ) -> FloatArray:
     """(repeats, n) chance of disease, or per cent, of each subject by a model fitted without it."""
     out = np.empty((len(splits), len(target)))
-    classify = name in ("perceptron", "logistic")
+    classify = name in CLASSIFIERS
     with warnings.catch_warnings():
         # A perceptron that has not settled after its epochs is what the published setting gives.
         warnings.simplefilter("ignore", ConvergenceWarning)
@@ -106,7 +116,9 @@ def predictions(
                 if classify and len(np.unique(wanted)) < 2:
                     row[test] = wanted[0]
                     continue
-                fitted = model(name, matrix.shape[1], len(train), rng).fit(matrix[train], wanted)
+                fitted = model(name, matrix.shape[1], len(train), rng, with_size=with_size).fit(
+                    matrix[train], wanted
+                )
                 row[test] = (
                     fitted.predict_proba(matrix[test])[:, 1] if classify else fitted.predict(matrix[test])
                 )
@@ -121,11 +133,12 @@ def shuffled_scores(
     shuffles: int,
     rng: np.random.Generator,
     score: Any,
+    with_size: bool = False,
 ) -> FloatArray:
     """(shuffles,) scores of the whole procedure with the labels shuffled; the first repeat's folds."""
-    count = min(shuffles, PERCEPTRON_SHUFFLES) if name == "perceptron" else shuffles
+    count = min(shuffles, SLOW_SHUFFLES) if with_size or name == "perceptron" else shuffles
     found = np.empty(count)
     for i in range(count):
         moved = rng.permutation(target)
-        found[i] = score(predictions(name, inputs[:1], moved, splits[:1], 0), moved)
+        found[i] = score(predictions(name, inputs[:1], moved, splits[:1], 0, with_size), moved)
     return found

@@ -3,18 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import get_args
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from .._arrays import BoolArray, FloatArray, as_floats
 from ..errors import InputError, first_indices
-from ._crossval import Classifier, Folds, Problem, Regressor
+from ._crossval import CLASSIFIERS, REGRESSORS, Folds, Problem
 from .segments import TERRITORIES
-
-CLASSIFIERS: tuple[Classifier, ...] = get_args(Classifier)
-REGRESSORS: tuple[Regressor, ...] = get_args(Regressor)
 
 
 def problems_of(

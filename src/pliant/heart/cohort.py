@@ -29,7 +29,7 @@ from .volume import load_volume
 __all__ = ["HeartCohort", "HeartSubject", "describe_cohort", "read_heart_cohort", "read_heart_landmarks"]
 
 _NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9._-]*")
-_FORMAT = 1
+_FORMAT = 2
 _TERRITORIES = ("LAD", "LCX", "RCA")
 
 
@@ -358,6 +358,7 @@ def _arrays(features: SegmentFeatures, key: str) -> dict[str, Any]:
     return {
         "key": key, "values": features.values, "segments": features.segments, "vertices": features.vertices,
         "roughness": features.roughness, "areas": features.areas, "cavity_ml": np.array(features.cavity_ml),
+        "axis_mm": np.array(features.axis_mm),
         "settings": json.dumps(dict(features.settings)),
     }  # fmt: skip
 
@@ -370,7 +371,7 @@ def _stored(path: Path, key: str) -> SegmentFeatures | None:
             return None
         return SegmentFeatures(
             kept["values"], kept["segments"], kept["vertices"], kept["roughness"], kept["areas"],
-            float(kept["cavity_ml"]), json.loads(str(kept["settings"])),
+            float(kept["cavity_ml"]), json.loads(str(kept["settings"])), float(kept["axis_mm"]),
         )  # fmt: skip
     except (OSError, KeyError, ValueError, zipfile.BadZipFile):
         return None

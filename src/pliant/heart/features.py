@@ -72,6 +72,8 @@ class SegmentFeatures:
         Volume of the cavity; NaN where the surface is open.
     settings : mapping
         What made it.
+    axis_mm : float
+        Length of the long axis, apex to base; NaN where nobody said.
     """
 
     values: FloatArray
@@ -81,6 +83,7 @@ class SegmentFeatures:
     areas: FloatArray
     cavity_ml: float
     settings: Mapping[str, Any] = field(default_factory=dict)
+    axis_mm: float = float("nan")
 
     def __post_init__(self) -> None:
         for name in ("values", "segments", "vertices", "roughness", "areas"):
@@ -104,6 +107,14 @@ class SegmentFeatures:
     def n_missing(self) -> int:
         """Number of points with a number missing."""
         return int(np.isnan(self.values).any(axis=1).sum())
+
+    @property
+    def sphericity(self) -> float:
+        """Volume of the cavity over that of the ball whose diameter is the long axis; NaN where either is unknown.
+
+        It grows as a failing ventricle rounds.
+        """
+        return self.cavity_ml * 1000 / (np.pi / 6 * self.axis_mm**3)
 
     def of(self, segments: Sequence[int]) -> FloatArray:
         """Return the rows, (k, 23), of some segments, without points where a number is missing.
@@ -226,6 +237,7 @@ def endocardial_features(
             "wavelengths": [round(float(w), 3) for w in waves],
             "bins": bins,
         },
+        frame.length,
     )
 
 
