@@ -62,13 +62,14 @@ def test_the_page_loads_nothing(page):
 @pytest.mark.skipif(shutil.which("chromium") is None, reason="chromium is not installed")
 def test_two_surfaces_side_by_side(page):
     from selenium import webdriver
+    from selenium.webdriver.chrome.service import Service
     from selenium.webdriver.support.ui import WebDriverWait
 
     options = webdriver.ChromeOptions()
     for flag in ("--headless=new", "--no-sandbox", "--use-gl=angle", "--use-angle=swiftshader"):
         options.add_argument(flag)
     options.set_capability("goog:loggingPrefs", {"browser": "ALL"})
-    driver = webdriver.Chrome(options=options)
+    driver = webdriver.Chrome(options=options, service=Service(shutil.which("chromedriver")))
     try:
         driver.set_window_size(1200, 1000)
         driver.get(page.as_uri())

@@ -93,6 +93,21 @@ class Pane {
     }));
   }
 
+  /** The picked vertex if the map takes it anywhere, else the one that it takes farthest: a step always shows something. */
+  carried(map) {
+    const images = map === null ? null : this.data.maps[map];
+    if (!images || (this.picked !== null && images[this.picked] > 0)) return this.picked;
+    const at = this.data.positions;
+    let farthest = -1, chosen = this.picked;
+    for (let v = 0; v < images.length; v++) {
+      if (!images[v]) continue;
+      const w = 3 * (images[v] - 1);
+      const apart = Math.hypot(at[3 * v] - at[w], at[3 * v + 1] - at[w + 1], at[3 * v + 2] - at[w + 2]);
+      if (apart > farthest) [farthest, chosen] = [apart, v];
+    }
+    return chosen;
+  }
+
   /** Show a vertex and, under the chosen map, its mirror image. */
   select(vertex, map) {
     this.picked = vertex;
@@ -220,8 +235,12 @@ class Board {
     const most = Math.max(...this.panes.filter((pane) => pane.view).map((pane) => pane.info.maps.length));
     const at = (this.map === null ? -1 : this.map) + by;
     this.map = at < 0 ? (by < 0 && this.map === null ? most - 1 : null) : at >= most ? null : at;
-    byId("step").textContent = this.map === null ? "none" : `${this.map + 1} of ${most}`;
-    for (const pane of this.panes) if (pane.view && pane.picked !== null) pane.select(pane.picked, this.map);
+    const named = this.map === null ? null : this.panes.find((pane) => pane.view && pane.info.maps[this.map]).info.maps[this.map].name;
+    byId("step").textContent = named === null ? "none" : `${named}, ${this.map + 1} of ${most}`;
+    for (const pane of this.panes) {
+      const vertex = pane.view ? pane.carried(this.map) : null;
+      if (vertex !== null) pane.select(vertex, this.map);
+    }
   }
 }
 
