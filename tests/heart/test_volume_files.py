@@ -190,6 +190,23 @@ def test_negative_and_missing_spacing_is_refused(tmp_path: Path) -> None:
         Volume(np.zeros((3, 3, 3)), np.diag([1.0, 0.0, 1.0, 1.0]))
 
 
+def test_a_negative_spacing_of_nifti_is_refused_where_it_counts(
+    tmp_path: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
+    nibabel = pytest.importorskip("nibabel")
+    image = nibabel.Nifti1Image(np.zeros((3, 3, 3), dtype=np.float32), np.diag([2.0, 2.0, 2.0, 1.0]))
+    content = bytearray(image.to_bytes())
+    content[80:84] = np.float32(-2).tobytes()
+    (tmp_path / "matrix.nii").write_bytes(content)
+    assert load_volume(tmp_path / "matrix.nii").spacing.tolist() == [2, 2, 2]
+    content[252:256] = bytes(4)
+    for name, written in (("v.nii", bytes(content)), ("v.nii.gz", gzip.compress(bytes(content)))):
+        (tmp_path / name).write_bytes(written)
+        with pytest.raises(InputError, match=r"positive.*-2"):
+            load_volume(tmp_path / name)
+    assert capfd.readouterr().err == ""
+
+
 def test_four_dimensions_are_refused(tmp_path: Path) -> None:
     nibabel = pytest.importorskip("nibabel")
     nibabel.save(nibabel.Nifti1Image(np.zeros((3, 3, 3, 2), dtype=np.float32), np.eye(4)), tmp_path / "v.nii")

@@ -91,11 +91,14 @@ def segment(
         return
     facts = {
         "blood": f"{pool.millilitres:.1f} ml",
-        "basal plane": f"through {point}, across {normal} (RAS mm)",
+        "basal plane at": f"{point}, across {normal} (RAS mm)",
         "confidence": f"{pool.confidence:.2f}",
         "leak": "yes, see the warnings" if pool.leak else "none found",
     }
-    show_facts(f"Left ventricle of {volume.name}", facts | {k: str(v) for k, v in pool.settings.items()})
+    show_facts(
+        f"Left ventricle of {volume.name}",
+        facts | {k.replace("_", " "): str(v) for k, v in pool.settings.items()},
+    )
     say(f"wrote {out}")
 
 

@@ -80,6 +80,8 @@ def segments(
     as_json: AsJson = False,
 ) -> None:
     """Label every vertex with its AHA segment, 1 to 17, or 0 on the cut at the base."""
+    import numpy as np
+
     from ..heart import aha_segments, load_volume, read_heart_landmarks, ventricle_frame
     from ..mesh import load_mesh
 
@@ -95,16 +97,20 @@ def segments(
         from ..report import segment_figure
 
         segment_figure(shape, labels, frame, title="AHA segments").savefig(figure)
-    facts = {
+    facts: dict[str, Any] = {
         "vertices": shape.n_vertices, "rotation_from": frame.origin, "confidence": round(frame.confidence, 3),
         "axis_mm": round(frame.length, 2), "apex": frame.apex.round(2).tolist(), "base": frame.base.round(2).tolist(),
-        "vertices_of_segments": [int((labels == s).sum()) for s in range(18)], "written": str(out),
     }  # fmt: skip
+    counts = np.bincount(labels, minlength=18).tolist()
+    if as_json:
+        facts["vertices_of_segments"] = counts
+    else:
+        facts["vertices of a segment"] = f"{min(counts[1:])} to {max(counts[1:])}, on the cut {counts[0]}"
     if frame.confidence < 0.5:
         complain(
             "warning", f"rotation {frame.origin}, confidence {frame.confidence:.2f}: give septal landmarks"
         )
-    _show("Segments", facts, as_json)
+    _show("Segments", facts | {"written": str(out)}, as_json)
 
 
 @heart.command()

@@ -83,15 +83,22 @@ def _write_itk(path: str, values: NDArray[Any], affine: FloatArray) -> None:
 
 def _nifti(path: Path) -> Read:
     import nibabel
+    from nibabel.imageglobals import LoggingOutputSuppressor
+    from nibabel.openers import Opener
 
     try:
-        image = nibabel.load(path)
+        with LoggingOutputSuppressor(), Opener(path) as file:
+            image = nibabel.load(path)
+            header = type(image.header).from_fileobj(file, check=False)
         values = np.asarray(image.dataobj, dtype=np.float32)
     # nibabel lets zlib's, the file system's and its own errors through.
     except Exception as error:
         message = f"{path.name}: not a readable NIfTI file, or one cut short ({error})"
         raise FileFormatError(message) from error
     _refuse_steps(path, np.asarray(image.header.get_zooms()[:3], dtype=float))
+    if int(header["sform_code"]) == 0:
+        # The steps give the spacing; nibabel has turned negative ones positive.
+        _refuse_steps(path, np.asarray(header["pixdim"][1:4], dtype=float))
     while values.ndim > 3 and values.shape[-1] == 1:
         values = values[..., 0]
     _refuse_shape(path, values.shape)
