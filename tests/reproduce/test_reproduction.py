@@ -141,6 +141,28 @@ def test_text_is_escaped_in_the_report(counted, tmp_path):
     assert "https:" not in page
 
 
+def test_a_table_shows_the_columns_that_say_something(tmp_path, monkeypatch):
+    made = []
+
+    def run(bench):
+        return Findings("holds", "It holds.", "nothing", tuple(made))
+
+    monkeypatch.setattr(running, "experiments", lambda: (Experiment("table-2.1", "T", "c.", "c.", run),))
+
+    def heads(rows):
+        made[:] = rows
+        reproduce(folder=tmp_path / str(len(rows)))
+        page = (tmp_path / str(len(rows)) / "report.html").read_text(encoding="utf-8")
+        return page.split('class="numbers"')[1].split("</thead>")[0], page
+
+    plain, _ = heads([Row("a", None, 2.0)])
+    assert "ours" in plain
+    assert not any(name in plain for name in ("printed", "interval", "difference", "ratio", "note"))
+    full, page = heads([Row("a", 0.5, 0.25, 0.2, 0.3, "noted"), Row("b", None, None)])
+    assert all(name in full for name in ("printed", "interval", "difference", "ratio", "note"))
+    assert "<td>−0.25</td><td>0.5</td>" in page
+
+
 def test_unknown_names_and_folders_are_refused(tmp_path):
     with pytest.raises(InputError, match=r"table-9\.9"):
         reproduce(["table-9.9"], folder=tmp_path)

@@ -6,7 +6,7 @@ import base64
 import json
 import platform
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from html import escape
 from importlib import resources
 from pathlib import Path
@@ -140,24 +140,33 @@ def _section(place: Path, outcome: Outcome) -> str:
 def _rows(rows: Sequence[Row]) -> str:
     if not rows:
         return ""
-    with_notes = any(row.note for row in rows)
-    head = ("", "printed", "ours", "interval", "ratio")
-    cells = "".join(f'<th scope="col">{name}</th>' for name in head)
-    body = "".join(_row(row, with_notes) for row in rows)
-    note = '<th scope="col" class="text">note</th>' if with_notes else ""
-    table = f'<table class="numbers"><thead><tr>{cells}{note}</tr></thead><tbody>{body}</tbody></table>'
+    columns = {name: [cell(row) for row in rows] for name, cell in _CELLS.items()}
+    # A column that nothing was printed or measured for says nothing.
+    columns = {name: cells for name, cells in columns.items() if name == "ours" or any(cells)}
+    notes = [row.note for row in rows]
+    head = "".join(f'<th scope="col">{name}</th>' for name in ("", *columns))
+    head += '<th scope="col" class="text">note</th>' if any(notes) else ""
+    body = ""
+    for i, row in enumerate(rows):
+        cells = "".join(f"<td>{values[i] or _NONE}</td>" for values in columns.values())
+        note = f'<td class="text">{escape(row.note)}</td>' if any(notes) else ""
+        body += f'<tr><th scope="row">{escape(row.name)}</th>{cells}{note}</tr>'
+    table = f'<table class="numbers"><thead><tr>{head}</tr></thead><tbody>{body}</tbody></table>'
     wrapped = f'<div class="wide" tabindex="0" role="region" aria-label="Printed and recomputed values">{table}</div>'
     if len(rows) <= 12:
         return wrapped
     return f"<details><summary>All {len(rows)} values</summary>{wrapped}</details>"
 
 
-def _row(row: Row, with_note: bool) -> str:
-    interval = "" if row.low is None or row.high is None else f"{_number(row.low)} to {_number(row.high)}"
-    values = (_number(row.printed), _number(row.ours), interval, _number(row.ratio))
-    cells = "".join(f"<td>{value or '<span class=none>–</span>'}</td>" for value in values)
-    note = f'<td class="text">{escape(row.note)}</td>' if with_note else ""
-    return f'<tr><th scope="row">{escape(row.name)}</th>{cells}{note}</tr>'
+def _interval(row: Row) -> str:
+    return "" if row.low is None or row.high is None else f"{_number(row.low)} to {_number(row.high)}"
+
+
+def _difference(row: Row) -> str:
+    if row.ours is None or row.printed is None:
+        return ""
+    found = row.ours - row.printed
+    return ("+" if found > 0 else "") + _number(found)
 
 
 def _picture(place: Path, picture: Picture) -> str:
@@ -198,6 +207,16 @@ def _spoken(name: str) -> str:
 
 def _number(value: float | None) -> str:
     return "" if value is None else f"{value:.3g}".replace("-", "−")
+
+
+_NONE = "<span class=none>–</span>"
+_CELLS: dict[str, Callable[[Row], str]] = {
+    "printed": lambda row: _number(row.printed),
+    "ours": lambda row: _number(row.ours),
+    "interval": _interval,
+    "difference": _difference,
+    "ratio": lambda row: _number(row.ratio),
+}
 
 
 def _listed(value: object) -> str:

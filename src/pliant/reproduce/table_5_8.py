@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from ..heart import heart_study
+from ..report import bulls_eye_figure
 from ._hearts import hearts
 from .bench import Bench
 from .findings import Experiment, Findings, Row
@@ -34,6 +35,7 @@ def _run(bench: Bench) -> Findings:
             score = study.row(unit, "bag of features", model).score
             rows.append(Row(f"{unit}: {what}", printed, score.value, score.low, score.high))
         scores[segment] = study.row(unit, "bag of features", "logistic").score.value
+    _draw(bench, rows)
     rings = {"basal": range(1, 7), "mid": range(7, 13), "apical": range(13, 18)}
     means = {name: float(np.mean([scores[s] for s in ring if s in scores])) for name, ring in rings.items()}
     worst = min(means, key=means.__getitem__)
@@ -51,6 +53,20 @@ def _run(bench: Bench) -> Findings:
         tuple(rows),
         {"folds": 5, "models": ("logistic", "ridge")},
     )
+
+
+def _draw(bench: Bench, rows: list[Row]) -> None:
+    """Draw the bull's-eyes of Figures 5.7 and 5.8, ours and printed."""
+    for what, limits in (("accuracy", (0.0, 1.0)), ("r", (-0.2, 1.0))):
+        ours, printed = np.full(17, np.nan), np.full(17, np.nan)
+        for row in rows:
+            segment, _, measured = row.name.removeprefix("segment ").partition(": ")
+            if measured == what:
+                ours[int(segment) - 1] = np.nan if row.ours is None else row.ours
+                printed[int(segment) - 1] = np.nan if row.printed is None else row.printed
+        for values, whose in ((ours, "ours"), (printed, "printed")):
+            drawn = bulls_eye_figure(values, title=f"{what}, {whose}", label=what, limits=limits, width=4.2)
+            bench.figure(drawn, f"Bull's-eye of the {what} by segment, {whose}")
 
 
 EXPERIMENT = Experiment(
