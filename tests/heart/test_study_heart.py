@@ -11,6 +11,7 @@ import pytest
 from typer.testing import CliRunner
 
 from pliant import FileFormatError, InputError, save_mesh
+from pliant.cli import main
 from pliant.cli.app import app
 from pliant.heart import (
     BagOfFeatures,
@@ -205,6 +206,22 @@ def test_tables_that_cannot_be_read_say_why(tmp_path: Path, text: str, match: st
     (tmp_path / "t.csv").write_text(text)
     with pytest.raises(FileFormatError, match=match):
         read_heart_cohort(tmp_path / "t.csv")
+
+
+def test_files_that_are_no_tables_say_so(tmp_path: Path) -> None:
+    (tmp_path / "mesh.ply").write_bytes(bytes(range(200, 256)))
+    for path in (tmp_path / "mesh.ply", tmp_path, tmp_path / "none.csv"):
+        with pytest.raises(FileFormatError, match="CSV file in UTF-8"):
+            read_heart_cohort(path)
+
+
+def test_a_cohort_without_labels_is_refused_before_it_is_measured(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (tmp_path / "t.csv").write_text("subject,mesh,diseased\na,a.ply,\n")
+    assert main(["heart", "study", str(tmp_path / "t.csv"), "-o", str(tmp_path / "out")]) == 2
+    assert "has no label" in " ".join(capsys.readouterr().err.replace("│", " ").split())
+    assert not (tmp_path / "out").exists()
 
 
 @pytest.mark.parametrize(

@@ -226,6 +226,12 @@ def study(
     from ..heart import BagOfFeatures, describe_cohort, heart_study, read_heart_cohort
 
     subjects = read_heart_cohort(cohort)
+    if not any(subject.stenosis or subject.diseased in (0, 1) for subject in subjects):
+        # Said before hours of measuring, not after.
+        message = (
+            f"{cohort} has no label: give stenosis_LAD, stenosis_LCX and stenosis_RCA, or diseased (0 or 1)"
+        )
+        raise typer.BadParameter(message)
     measured = describe_cohort(
         subjects,
         out,

@@ -124,7 +124,10 @@ class HeartCohort:
                 out[subject.name] = "diseased is missing, or neither 0 nor 1"
         kept = [(f, label) for f, label in kept if label in (0, 1)]
         if not kept:
-            message = f"none of {len(self.subjects)} subjects has features and a label diseased"
+            message = (
+                f"none of {len(self.subjects)} subjects has features and a label: the table needs stenosis_LAD, "
+                "stenosis_LCX and stenosis_RCA, or diseased (0 or 1)"
+            )
             raise InputError(message)
         return [f for f, _ in kept], np.array([label for _, label in kept]), out
 
@@ -211,8 +214,12 @@ def read_heart_cohort(path: str | os.PathLike[str]) -> tuple[HeartSubject, ...]:
     1.0
     """
     path = Path(path)
-    with path.open(newline="", encoding="utf-8-sig") as lines:
-        rows = [{k: (v or "").strip() for k, v in row.items() if k} for row in csv.DictReader(lines)]
+    try:
+        with path.open(newline="", encoding="utf-8-sig") as lines:
+            rows = [{k: (v or "").strip() for k, v in row.items() if k} for row in csv.DictReader(lines)]
+    except (OSError, UnicodeDecodeError, csv.Error) as error:
+        message = f"{path}: not a table that can be read, a CSV file in UTF-8 is needed ({error})"
+        raise FileFormatError(message) from error
     if not rows or "subject" not in rows[0] or not {"mesh", "volume"} & set(rows[0]):
         message = f"{path}: needs a row and the columns subject and mesh or volume"
         raise FileFormatError(message)
