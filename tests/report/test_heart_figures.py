@@ -24,6 +24,16 @@ def test_bulls_eye_puts_each_segment_where_the_standard_does() -> None:
     assert min(middles["11"][0], middles["12"][0], middles["16"][0]) > 0
 
 
+@pytest.mark.parametrize(
+    ("largest", "shown"), [(0.245, "0.140"), (95.25, "0.1"), (2451.0, "0"), (0.00245, "0.14000")]
+)
+def test_values_have_as_many_decimals_as_the_largest_needs(largest: float, shown: str) -> None:
+    values = np.full(17, 0.14)
+    values[10] = largest
+    texts = [text.get_text() for text in bulls_eye_figure(values).axes[0].texts]
+    assert texts.count(shown) == 16
+
+
 def test_a_missing_value_is_grey_and_a_dash() -> None:
     values = np.arange(1.0, 18.0)
     values[4] = np.nan

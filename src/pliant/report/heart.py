@@ -273,6 +273,7 @@ def _wedges() -> list[tuple[int, float, float, float, float]]:
 def _draw_rings(axes: Any, colours: NDArray[np.floating], numbers: FloatArray | None) -> None:
     from matplotlib.patches import Wedge
 
+    decimals = 0 if numbers is None else _decimals(numbers)
     for segment, inner, outer, start, width in _wedges():
         colour = colours[segment - 1]
         axes.add_patch(
@@ -285,18 +286,30 @@ def _draw_rings(axes: Any, colours: NDArray[np.floating], numbers: FloatArray | 
             axes.text(*at, str(segment), size=11, color=ink, ha="center", va="center")
             continue
         value = numbers[segment - 1]
-        text = f"{value:.3g}" if np.isfinite(value) else "–"
-        axes.text(
-            at[0],
-            at[1] + 0.025,
-            text,
-            size=9,
-            color=ink,
-            ha="center",
-            va="bottom" if segment < 17 else "center",
-        )
-        if segment < 17:
-            axes.text(at[0], at[1] - 0.015, str(segment), size=6, color=ink, alpha=0.8, ha="center", va="top")
+        text = f"{value:.{decimals}f}" if np.isfinite(value) else "–"
+        if segment == 17:
+            axes.text(*at, text, size=8.5, color=ink, ha="center", va="center")
+            continue
+        x, y = _between(at, inner, outer), at[1] - 0.005
+        axes.text(x, y + 0.01, text, size=8.5, color=ink, ha="center", va="bottom")
+        axes.text(x, y - 0.025, str(segment), size=6, color=ink, alpha=0.8, ha="center", va="top")
+
+
+def _decimals(numbers: FloatArray) -> int:
+    """Return how many decimals give the largest number three digits; none where all are whole."""
+    known = np.abs(numbers[np.isfinite(numbers)])
+    if not known.size or not known.max() > 0 or (known == np.round(known)).all():
+        return 0
+    return int(np.clip(2 - np.floor(np.log10(known.max())), 0, 6))
+
+
+def _between(at: FloatArray, inner: float, outer: float) -> float:
+    """Return where, beside a place in a ring, as much of the ring is to the left as to the right of a value."""
+    if abs(at[0]) < 1e-9:
+        return 0.0
+    y = at[1] + 0.04
+    ends = np.sqrt([outer**2 - y**2, max(inner**2 - y**2, 0.0)])
+    return float(np.sign(at[0]) * ends.mean())
 
 
 def _draw_borders(axes: Any) -> None:
