@@ -24,9 +24,7 @@ def test_bulls_eye_puts_each_segment_where_the_standard_does() -> None:
     assert min(middles["11"][0], middles["12"][0], middles["16"][0]) > 0
 
 
-@pytest.mark.parametrize(
-    ("largest", "shown"), [(0.245, "0.140"), (95.25, "0.1"), (2451.0, "0"), (0.00245, "0.14000")]
-)
+@pytest.mark.parametrize(("largest", "shown"), [(0.245, "0.140"), (95.25, "0.1"), (2451.0, "0")])
 def test_values_have_as_many_decimals_as_the_largest_needs(largest: float, shown: str) -> None:
     values = np.full(17, 0.14)
     values[10] = largest
