@@ -51,7 +51,8 @@ def _run(bench: Bench) -> Findings:
         "holds" if rate > 0.8 and falls else "holds partly" if rate > 0.8 or falls else "does not hold",
         f"The deformation keeps angles to {errors[most]:.3f} at {most} vertices around, and the "
         f"error falls with power {rate:.1f} of the edge length. The field on the growing bump falls from "
-        f"{rows[-len(LEVELS)].ours:.2f} to {rows[-1].ours:.2f} of that elsewhere: paths go around it.",
+        f"{rows[-len(LEVELS)].ours:.2f} to {rows[-1].ours:.2f} of that elsewhere"
+        f"{': paths go around it' if falls else ''}.",
         "Irregular cylinders; the dissertation prints no strength of its six levels.",
         tuple(rows),
         {"levels": 6},

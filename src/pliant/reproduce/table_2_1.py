@@ -34,8 +34,13 @@ def _run(bench: Bench) -> Findings:
     return Findings(
         verdict,  # type: ignore[arg-type]
         f"The best (n, k) is {found} here, (50, 10) on {same} of {len(best)} cylinders. Ten bins are best "
-        f"at every n on {fewest_bins} of {len(best)}. The fewer neighbours, the less the neighbourhood "
-        "dilutes a small bump: the best n follows the size of what is looked for, not a constant.",
+        f"at every n on {fewest_bins} of {len(best)}."
+        + (
+            " The fewer neighbours, the less the neighbourhood dilutes a small bump: the best n follows the size of "
+            "what is looked for, not a constant."
+            if all(COUNTS[i] < 50 for i, _ in best)
+            else ""
+        ),
         described(bench),
         tuple(rows),
         {"levels": 6, "n": COUNTS, "k": BINS, "weights": "area"},

@@ -60,8 +60,9 @@ def _run(bench: Bench) -> Findings:
         else "holds partly"
         if top or ours["bag of features"] > rough
         else "does not hold",
-        f"Best of the four is {best} with {ours[best]:.2f}; the bag of features has "
-        f"{ours['bag of features']:.2f}. One number, the mean curvedness, has {rough:.2f}, which the "
+        f"Best of the four is {best} with {ours[best]:.2f}"
+        + ("" if top else f"; the bag of features has {ours['bag of features']:.2f}")
+        + f". One number, the mean curvedness, has {rough:.2f}, which the "
         "dissertation did not try.",
         said,
         tuple(rows),
