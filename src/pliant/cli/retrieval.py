@@ -26,6 +26,12 @@ Cache = Annotated[
 ]
 Bits = Annotated[int, typer.Option(min=8, help="Length of the codes, a multiple of 8.")]
 Pairs = Annotated[int, typer.Option(min=0, help="Pairs matched in each class; 0 uses all features alike.")]
+Drawings = Annotated[
+    bool,
+    typer.Option(
+        help="Learn from an outline drawing of each picture too, so that drawings find photographs."
+    ),
+]
 Words = Annotated[int, typer.Option(min=1, help="Visual words.")]
 Points = Annotated[int, typer.Option(min=8, help="Points described in each picture.")]
 Seed = Annotated[int, typer.Option(min=0, help="Seed of every draw.")]
@@ -47,6 +53,7 @@ def train(
         int | None, typer.Option("--train", min=1, help="Pictures of each class to learn from; default all.")
     ] = None,
     pairs: Pairs = 10,
+    drawings: Drawings = True,
     words: Words = 1000,
     points: Points = 600,
     cache: Cache = None,
@@ -63,7 +70,7 @@ def train(
 
     model = train_retrieval(
         folder, bits=bits, n_words=words, points=points, train_per_class=train_per_class, pairs_per_class=pairs,
-        cache=cache, rng=seed, n_jobs=jobs, scheduler=scheduler, progress=True,
+        drawings=drawings, cache=cache, rng=seed, n_jobs=jobs, scheduler=scheduler, progress=True,
     )  # fmt: skip
     model.save(out)
     _complain_of(model.settings["left_out"])
@@ -94,6 +101,7 @@ def evaluate(
     ] = None,
     splits: Annotated[int, typer.Option(min=1, help="Draws of the pictures to learn from.")] = 3,
     pairs: Pairs = 10,
+    drawings: Drawings = True,
     words: Words = 1000,
     points: Points = 600,
     cache: Cache = None,
@@ -110,7 +118,8 @@ def evaluate(
 
     (study,) = evaluate_retrieval(
         folder, queries=queries, bits=bits, train=train, splits=splits, n_words=words, points=points,
-        pairs_per_class=pairs, cache=cache, rng=seed, n_jobs=jobs, scheduler=scheduler, progress=True,
+        pairs_per_class=pairs, drawings=drawings, cache=cache, rng=seed, n_jobs=jobs, scheduler=scheduler,
+        progress=True,
     )  # fmt: skip
     _complain_of(study.left_out)
     values = study.summary() | {"splits": splits, "seed": seed, "pairs_per_class": pairs, "n_words": words}

@@ -5,6 +5,7 @@ from .codes import IterativeQuantization, LocalitySensitiveHashing, SpectralHash
 from .discriminative import DiscriminativeBinaryCodes
 from .index import Item, Neighbours, ShapeIndex
 from .model import RetrievalModel
+from .outlines import outline_drawing
 from .protocol import RetrievalStudy, evaluate_retrieval
 from .querying import AddReport, QueryMatch, QueryResult, add_folder, query_index
 from .service import ServiceLimits, create_app, serve
@@ -35,6 +36,7 @@ __all__ = [
     "describe_picture",
     "evaluate_retrieval",
     "hamming_distances",
+    "outline_drawing",
     "pack_bits",
     "query_index",
     "serve",

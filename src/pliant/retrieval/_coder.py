@@ -23,6 +23,8 @@ class Coder(TransformerMixin, BaseEstimator):  # type: ignore[misc]
     A kind of code states the names of its fitted arrays in ``_state`` and computes bits in ``_bits``.
     """
 
+    #: Whether ``fit`` uses the classes, so that a drawing of a picture is one more example of its class.
+    learns_from_labels: ClassVar[bool] = False
     _state: ClassVar[tuple[str, ...]] = ()
     bits: int
 

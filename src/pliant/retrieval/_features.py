@@ -10,18 +10,25 @@ from pathlib import Path
 from typing import Any, overload
 
 import numpy as np
+from scipy.spatial.distance import cdist
 
 from .. import __version__
-from .._arrays import BoolArray, FloatArray, frozen
+from .._arrays import BoolArray, FloatArray, IntArray, frozen
 from ..errors import FileFormatError, InputError, PliantError
 from ..images import Picture, load_picture, match_pair
+from ..images.registration import carried
+from ..images.views import WORKING_SIZE
 from ..mesh import load_arrays, save_arrays
+from .outlines import outline_drawing
 from .vocabulary import Floats32, describe_picture
 
-__all__ = ["Collection", "FeatureStore", "Tables", "read_collection"]
+__all__ = ["Collection", "FeatureStore", "Tables", "read_collection", "shared_tables"]
 
-# Raised when what a file holds changes, so that older ones are made anew.
-_FORMAT = 1
+# Raised when what a kind of file holds changes, so that older ones are made anew.
+_FORMATS = {"descriptors": 1, "drawing": 1, "pair": 2}
+# How far from where a transform takes it a point may be found again, in pixels of a picture of WORKING_SIZE a side:
+# a little more than points keep apart.
+_REACH = 6.5
 _ENDINGS = frozenset((".jpg", ".jpeg", ".png", ".webp", ".tif", ".tiff", ".gif", ".bmp", ".ppm", ".pgm"))
 
 
@@ -92,11 +99,20 @@ class FeatureStore:
 
     def describe(self, item: tuple[Path, str]) -> str:
         """Describe the picture of a path and digest, unless that is done; return why it cannot be."""
+        return self._described("descriptors", item)
+
+    def draw(self, item: tuple[Path, str]) -> str:
+        """Describe an outline drawing of a picture, unless that is done; return why it cannot be."""
+        return self._described("drawing", item)
+
+    def _described(self, kind: str, item: tuple[Path, str]) -> str:
         path, digest = item
-        kept = self._path("descriptors", digest)
+        kept = self._path(kind, digest)
         try:
             if not _sound(kept):
-                found = describe_picture(load_picture(path), points=self.points, rng=self.seed)
+                picture = load_picture(path)
+                seen = outline_drawing(picture) if kind == "drawing" else picture
+                found = describe_picture(seen, points=self.points, rng=self.seed)
                 # Half precision is far finer than the descriptors' noise.
                 save_arrays(
                     kept,
@@ -115,21 +131,28 @@ class FeatureStore:
                 pictures = load_picture(path1), load_picture(path2)
                 match = match_pair(*pictures, rng=self.seed)
                 positions = (self.positions(digest1), self.positions(digest2))
+                first = _inside(match.region1, pictures[0], positions[0])
+                second = _inside(match.region2, pictures[1], positions[1])
+                apart = _apart(match.transform, positions, pictures[1])
+                descriptors = self.descriptors(digest1), self.descriptors(digest2)
+                places, distances = _found_again(apart, first[:, None] & second, descriptors)
                 save_arrays(
                     kept,
                     {
-                        "first": _inside(match.region1, pictures[0], positions[0]),
-                        "second": _inside(match.region2, pictures[1], positions[1]),
+                        "first": first,
+                        "second": second,
                         "score": np.array(match.score),
+                        "places": places,
+                        "distances": distances,
                     },
                 )
         except Exception as error:
             return _explained(error)
         return ""
 
-    def descriptors(self, digest: str) -> Floats32:
-        """Return the descriptors of a picture that is described."""
-        table: Floats32 = load_arrays(self._path("descriptors", digest))["descriptors"].astype(np.float32)
+    def descriptors(self, digest: str, kind: str = "descriptors") -> Floats32:
+        """Return the descriptors of a picture that is described, or ("drawing") of its drawing."""
+        table: Floats32 = load_arrays(self._path(kind, digest))["descriptors"].astype(np.float32)
         return table
 
     def positions(self, digest: str) -> FloatArray:
@@ -141,8 +164,13 @@ class FeatureStore:
         arrays = load_arrays(self._path("pair", digest1, digest2))
         return arrays["first"] != 0, arrays["second"] != 0
 
+    def found_again(self, digest1: str, digest2: str) -> tuple[IntArray, FloatArray]:
+        """Return which points of two pictures show the same, (m, 2) and how far apart their descriptors are, (m,)."""
+        arrays = load_arrays(self._path("pair", digest1, digest2))
+        return arrays["places"], arrays["distances"]
+
     def _path(self, kind: str, *digests: str) -> Path:
-        text = " ".join((kind, str(_FORMAT), __version__, str(self.points), str(self.seed), *digests))
+        text = " ".join((kind, str(_FORMATS[kind]), __version__, str(self.points), str(self.seed), *digests))
         key = hashlib.sha256(text.encode()).hexdigest()[:40]
         place = self.folder / key[:2]
         place.mkdir(parents=True, exist_ok=True)
@@ -152,8 +180,8 @@ class FeatureStore:
 class Tables(Sequence[Floats32]):
     """Descriptors of several pictures, read when asked for: memory holds one picture at a time."""
 
-    def __init__(self, store: FeatureStore, digests: Sequence[str]) -> None:
-        self.store, self.digests = store, tuple(digests)
+    def __init__(self, store: FeatureStore, digests: Sequence[str], kind: str = "descriptors") -> None:
+        self.store, self.digests, self.kind = store, tuple(digests), kind
 
     def __len__(self) -> int:
         """Return the number of pictures."""
@@ -161,7 +189,7 @@ class Tables(Sequence[Floats32]):
 
     def __iter__(self) -> Iterator[Floats32]:
         """Read one picture after another."""
-        return (self.store.descriptors(digest) for digest in self.digests)
+        return (self.store.descriptors(digest, self.kind) for digest in self.digests)
 
     @overload
     def __getitem__(self, place: int) -> Floats32: ...
@@ -170,8 +198,25 @@ class Tables(Sequence[Floats32]):
     def __getitem__(self, place: int | slice) -> Floats32 | Tables:
         """Read the descriptors of one picture."""
         if isinstance(place, slice):
-            return Tables(self.store, self.digests[place])
-        return self.store.descriptors(self.digests[place])
+            return Tables(self.store, self.digests[place], self.kind)
+        return self.store.descriptors(self.digests[place], self.kind)
+
+
+def shared_tables(
+    store: FeatureStore, pairs: Sequence[tuple[str, str]], closest: float
+) -> Iterator[Floats32]:
+    """Yield for each pair of digests the means of the descriptors that were found again.
+
+    ``closest`` is the share of all of them that is taken, by the distance of their descriptors. In the mean of two
+    what only one of the pictures shows around the point counts half.
+    """
+    if not pairs:
+        return
+    limit = np.quantile(np.concatenate([[0.0], *(store.found_again(*pair)[1] for pair in pairs)]), closest)
+    for pair in pairs:
+        places, distances = store.found_again(*pair)
+        one, two = places[distances <= limit].T
+        yield (store.descriptors(pair[0])[one] + store.descriptors(pair[1])[two]) / 2
 
 
 def _inside(region: BoolArray, picture: Picture, positions: FloatArray) -> BoolArray:
@@ -180,6 +225,28 @@ def _inside(region: BoolArray, picture: Picture, positions: FloatArray) -> BoolA
     at = np.rint((positions + 0.5) * np.array(picture.reduction) - 0.5).astype(np.int64)
     flags: BoolArray = region[np.clip(at[:, 1], 0, height - 1), np.clip(at[:, 0], 0, width - 1)]
     return flags
+
+
+def _apart(
+    transform: FloatArray | None, positions: tuple[FloatArray, FloatArray], second: Picture
+) -> FloatArray:
+    """Return how far points of the second picture are from where the first's are taken, in working pixels."""
+    if transform is None:
+        return np.full((len(positions[0]), len(positions[1])), np.inf)
+    pixel = (second.size[0] * second.size[1]) ** 0.5 / WORKING_SIZE
+    there: FloatArray = cdist(carried(transform, positions[0]), positions[1]) / pixel
+    return there
+
+
+def _found_again(
+    apart: FloatArray, allowed: BoolArray, descriptors: tuple[Floats32, Floats32]
+) -> tuple[IntArray, FloatArray]:
+    """Give each point of the first picture the likest one of those near where it is taken, if there are any."""
+    unlike = np.where(allowed & (apart < _REACH), cdist(*descriptors, "sqeuclidean"), np.inf)
+    likest = unlike.argmin(axis=1)
+    distances = unlike[np.arange(len(unlike)), likest]
+    found = np.flatnonzero(np.isfinite(distances))
+    return np.column_stack([found, likest[found]]).astype(np.int64), distances[found]
 
 
 def _sound(path: Path) -> bool:

@@ -75,6 +75,8 @@ class DiscriminativeBinaryCodes(LinearCoder):
     ((60, 4), 3)
     """
 
+    learns_from_labels = True
+
     def __init__(
         self,
         bits: int = 128,

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -15,7 +15,7 @@ from ..evaluate.retrieval import DEFAULT_NEIGHBOURS, RetrievalScores, crossed_in
 from ._features import Collection, FeatureStore, Tables, read_collection
 from .bits import hamming_distances
 from .model import CODERS
-from .training import Folder, Workers, learned_vocabulary, opened_store, prepared
+from .training import Examples, Folder, Workers, drawn_too, learned_vocabulary, opened_store, prepared
 from .vocabulary import Vocabulary
 
 __all__ = ["RetrievalStudy", "evaluate_retrieval"]
@@ -126,6 +126,7 @@ def evaluate_retrieval(
     n_words: int = 1000,
     points: int = 600,
     pairs_per_class: int = 10,
+    drawings: bool = True,
     cache: Folder | None = None,
     rng: int = 0,
     n_jobs: int | None = None,
@@ -155,7 +156,7 @@ def evaluate_retrieval(
         Of "proposed", "lsh", "itq", "cca_itq", "spectral", "classifier".
     bags : sequence of str
         Of "consistent", "all", "held_out".
-    n_words, points, pairs_per_class, cache, n_jobs, scheduler, progress
+    n_words, points, pairs_per_class, drawings, cache, n_jobs, scheduler, progress
         See :func:`train_retrieval`.
     rng : int
         Seed.
@@ -197,7 +198,7 @@ def evaluate_retrieval(
         for split in range(splits):
             generator = np.random.default_rng([rng, split])
             trained, asking = bench.split(train, generator)
-            settings = (n_words, pairs_per_class, int(generator.integers(2**31)))
+            settings = _Settings(n_words, pairs_per_class, drawings, int(generator.integers(2**31)))
             for bag in bags:
                 part = bench.bag(bag, trained, asking, generator)
                 tally.add(split, bag, _coded(bench, part, bag, settings, methods, lengths))
@@ -280,11 +281,20 @@ def _joined(archive: Collection, asked: Collection) -> Collection:
     return Collection(archive.paths + asked.paths, frozen(labels), archive.digests + asked.digests)
 
 
+class _Settings(NamedTuple):
+    """What the codes of a split are made with."""
+
+    n_words: int
+    pairs_per_class: int
+    drawings: bool
+    seed: int
+
+
 def _coded(
     bench: _Bench,
     part: tuple[IntArray, IntArray, IntArray],
     bag: str,
-    settings: tuple[int, int, int],
+    settings: _Settings,
     methods: Sequence[str],
     lengths: Sequence[int],
 ) -> Iterator[tuple[int, str, RetrievalScores]]:
@@ -292,26 +302,26 @@ def _coded(
     learned, database, asking = part
     if not len(database):
         return
-    n_words, pairs, seed = settings
-    collection, store = bench.collection, bench.store
+    collection, store, seed = bench.collection, bench.store, settings.seed
+    drawn = drawn_too(collection, learned, store, bench.workers) if settings.drawings else learned[:0]
     # Words, pairs and codes start from one seed whatever the bag, so that bags differ in nothing else.
     vocabulary, _ = learned_vocabulary(
-        collection, learned, store, bench.workers, Vocabulary(n_words, rng=seed),
-        0 if bag == "all" else pairs, seed,
+        collection, learned, store, bench.workers, Vocabulary(settings.n_words, rng=seed),
+        0 if bag == "all" else settings.pairs_per_class, seed,
     )  # fmt: skip
-    histograms = [
+    examples = Examples.counted(collection, learned, drawn, store, vocabulary)
+    archive, sought = (
         vocabulary.transform(Tables(store, [collection.digests[i] for i in rows]))
-        for rows in (learned, database, asking)
-    ]
+        for rows in (database, asking)
+    )
     labels = collection.labels
     for length in lengths:
         for method in methods:
             coder = CODERS[method](bits=length)
             if "rng" in coder.get_params():
                 coder.set_params(rng=seed)
-            coder.fit(histograms[0], labels[learned])
-            found, sought = coder.transform(histograms[1]), coder.transform(histograms[2])
-            distances = hamming_distances(sought, found)
+            examples.teach(coder)
+            distances = hamming_distances(coder.transform(sought), coder.transform(archive))
             yield length, method, retrieval_scores(distances, labels[asking], labels[database])
 
 

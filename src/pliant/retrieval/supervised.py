@@ -60,6 +60,8 @@ class CCAIterativeQuantization(LinearCoder):
     (60, 2)
     """
 
+    learns_from_labels = True
+
     def __init__(
         self,
         bits: int = 128,
@@ -167,6 +169,7 @@ class ClassifierCodes(Coder):
     3
     """
 
+    learns_from_labels = True
     _state = ("weights_", "offsets_", "codewords_")
 
     def __init__(self, bits: int = 128, *, cost: float = 1.0, rng: int | np.random.Generator = 0) -> None:

@@ -149,7 +149,12 @@ class Vocabulary(TransformerMixin, BaseEstimator):  # type: ignore[misc]
         self.rng = rng
 
     def fit(
-        self, X: Iterable[ArrayLike], y: object = None, *, consistent: Sequence[ArrayLike] | None = None
+        self,
+        X: Iterable[ArrayLike],
+        y: object = None,
+        *,
+        consistent: Sequence[ArrayLike] | None = None,
+        shared: Iterable[ArrayLike] | None = None,
     ) -> Self:
         """Learn words, and how much each is worth.
 
@@ -163,11 +168,18 @@ class Vocabulary(TransformerMixin, BaseEstimator):  # type: ignore[misc]
             Which descriptors were found again in another picture of the same class. Given, words are learned from these
             alone, and a word weighs as much as the share of its descriptors that were found again. Otherwise from
             all, and all words weigh the same.
+        shared : iterable of (n_i, d) array_like of float, optional
+            Descriptors to learn words from instead: what pairs of pictures share. Gone through once.
 
         Raises
         ------
         InputError
             If descriptors are not finite tables of one width, flags do not fit, or there is nothing to learn from.
+
+        Notes
+        -----
+        Words of what pairs share are nearer to what a class repeats than words of single descriptors, each of which
+        also holds what only its own picture shows around the point.
         """
         self._check_options()
         rng = np.random.default_rng(self.rng)
@@ -177,7 +189,8 @@ class Vocabulary(TransformerMixin, BaseEstimator):  # type: ignore[misc]
         if flags is not None and len(flags) != len(given):
             message = f"consistent must have one entry a picture, {len(given)}, got {len(flags)}"
             raise InputError(message)
-        kept = _sampled(_flagged(given, flags), self.sample, rng)
+        examples = _flagged(given, flags) if shared is None else _flagged(shared, None)
+        kept = _sampled(examples, self.sample, rng)
         if not len(kept):
             raise InputError("there is no descriptor to learn words from")
         self.n_features_in_ = kept.shape[1]
