@@ -14,7 +14,9 @@ from .output import say_json
 def heart(
     tables: Annotated[
         str,
-        typer.Option(metavar="T,T,...", help="Of 5.3, 5.8, 5.9, ablation, direction, none, ct, sunnybrook."),
+        typer.Option(
+            metavar="T,T,...", help="Of 5.3, 5.7, 5.8, 5.9, ablation, direction, none, ct, sunnybrook."
+        ),
     ] = "5.9,ablation",
     subjects: Annotated[int, typer.Option(min=12, help="Phantoms a cohort.")] = 32,
     seed: Annotated[int, typer.Option(min=0, help="Of the cohorts.")] = 1000,
@@ -28,7 +30,7 @@ def heart(
     ] = None,
     as_json: AsJson = False,
 ) -> None:
-    """Predict stenosis on phantoms of known truth: Tables 5.3, 5.8, 5.9, the ablation, a null, CT, real hearts."""
+    """Predict stenosis on phantoms of known truth: Tables 5.3, 5.7 to 5.9, the ablation, a null, CT, real hearts."""
     from ..bench import heart as measurements
 
     rows = measurements.run(

@@ -13,7 +13,9 @@ from sklearn.model_selection import KFold, StratifiedKFold
 from .._arrays import FloatArray
 
 # Inner folds within the training subjects, and how often they are drawn.
-_FOLDS, _DRAWS = 5, 3
+_FOLDS, _DRAWS = 5, 5
+# Standard errors by which shape has to lower the loss: the 95 % interval of what it adds excludes 0.
+_SURE = 1.96
 
 
 class SizeAndShape:
@@ -21,10 +23,10 @@ class SizeAndShape:
 
     Each is fitted by itself: put side by side, twenty words outvote one volume by their number. The prediction is
     (1 - w) times size's score plus w times shape's, w between 0 and 1 of least loss on training subjects held out in
-    inner folds (stacking with weights that sum to 1: Wolpert 1992, Breiman 1996). Shape is let in only if that lowers
-    the held-out loss by more than its standard error (the one-standard-error rule: Breiman et al. 1984); on a few
-    dozen subjects a weight learned without it costs more than shape is worth. Without two training subjects of
-    either class nothing can be held out, and size alone is used.
+    inner folds (stacking with weights that sum to 1: Wolpert 1992, Breiman 1996). Shape is let in only if the 95 %
+    interval of what it takes off the held-out loss excludes 0: on a few dozen subjects a weight learned without
+    such a rule costs more than shape is worth. Without two training subjects of either class nothing can be held
+    out, and size alone is used.
     """
 
     def __init__(self, make: Callable[[int], Any], *, classify: bool, rng: int) -> None:
@@ -82,7 +84,7 @@ class SizeAndShape:
 
         best = minimize_scalar(lambda weight: losses(weight).mean(), bounds=(0, 1), method="bounded").x
         gain = losses(0.0) - losses(best)
-        admitted = gain.mean() > gain.std(ddof=1) / np.sqrt(len(gain))
+        admitted = gain.mean() > _SURE * gain.std(ddof=1) / np.sqrt(len(gain))
         return float(best) if admitted else 0.0
 
     def _losses(self, scores: FloatArray, y: FloatArray) -> FloatArray:

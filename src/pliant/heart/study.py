@@ -241,12 +241,12 @@ def heart_study(
     mean curvedness of the unit (``"roughness"``) and the volume of the cavity, each alone, by logistic and linear
     regression. Shares of words know no size, so globally each method has a second line, its name and ``" and
     size"``, by logistic or ridge regression: the volume's logarithm, to which the method's score is added with the
-    weight that does best on training subjects held out, if it does better than size alone by more than a standard
-    error. Scores are means over repeats; intervals draw subjects within classes, and the null repeats the whole
-    procedure but for the vocabulary, which sees no labels. Least squares with 20 inputs on a few dozen subjects
-    gives sizeable r on nothing in leave-one-out and in single folds alike: read it beside its null.
+    weight that does best on training subjects held out, if the 95 % interval of what it adds to size excludes 0.
+    Scores are means over repeats; intervals draw subjects within classes, and the null repeats the whole procedure
+    but for the vocabulary, which sees no labels. Least squares with 20 inputs on a few dozen subjects gives
+    sizeable r on nothing in leave-one-out and in single folds alike: read it beside its null.
 
-    About 25 s a unit for 64 subjects on one core with the perceptron, 8 s without; globally 40 s more for size.
+    About 25 s a unit for 64 subjects on one core with the perceptron, 8 s without; globally 70 s more for size.
 
     References
     ----------
