@@ -12,7 +12,7 @@ from typing import Any, TypeAlias, TypeVar
 from ._progress import progress_bar
 from .errors import InputError, UnavailableError, require
 
-__all__ = ["Scheduler", "map_ordered"]
+__all__ = ["Scheduler", "connected", "map_ordered", "thread_count"]
 
 # An address such as "tcp://10.0.0.1:8786", or a distributed.Client connected already.
 Scheduler: TypeAlias = Any
@@ -89,13 +89,30 @@ def _results(function: Callable[[T], R], items: Sequence[T], scheduler: Schedule
         return
     if not len(items):
         return
-    with _connected(scheduler) as client:
+    with connected(scheduler) as client:
         yield from _Run(client, function).over(items)
 
 
 @contextmanager
-def _connected(scheduler: Scheduler) -> Iterator[Any]:
-    """Yield a client with at least one worker; close it afterwards if it was opened here."""
+def connected(scheduler: Scheduler) -> Iterator[Any]:
+    """Yield a ``distributed.Client`` of a cluster with at least one worker; close it afterwards if opened here.
+
+    Parameters
+    ----------
+    scheduler : str or distributed.Client
+        Address, or a client that is connected and stays so.
+
+    Yields
+    ------
+    distributed.Client
+
+    Raises
+    ------
+    UnavailableError
+        If no scheduler answers, or it has no worker.
+    MissingExtraError
+        If the extra ``cluster`` is not installed.
+    """
     distributed = require("distributed", "cluster")
     if isinstance(scheduler, distributed.Client):
         yield scheduler
@@ -122,6 +139,12 @@ def _connected(scheduler: Scheduler) -> Iterator[Any]:
         yield client
 
 
+def thread_count(client: Any) -> int:
+    """Return how many threads the workers of a ``distributed.Client`` have at present, at least 1."""
+    threads: int = sum(client.nthreads().values())
+    return max(1, threads)
+
+
 class _Run:
     """One function on its way over many items."""
 
@@ -145,7 +168,7 @@ class _Run:
         return self.client.submit(_applied, self.shared, item, pure=False)
 
     def over(self, items: Sequence[Any]) -> Iterator[Any]:
-        ahead = AHEAD * max(1, sum(self.client.nthreads().values()))
+        ahead = AHEAD * thread_count(self.client)
         try:
             for item in items:
                 self.waiting.append(_Sent(item, self._submitted(item)))

@@ -110,7 +110,7 @@ def test_plans_by_example() -> None:
 
 def test_levels_come_before_those_that_need_them() -> None:
     solver = GeodesicHierarchy(pliant.shapes.grid(9, 11))
-    skeleton, arcs = solver._skeleton, solver._counted
+    skeleton, arcs = solver._skeleton, solver._counted()
     plan = levels_of(skeleton, arcs)
     level = np.empty(solver.n_vertices, int)
     for i, (start, stop) in enumerate(zip(plan.starts[:-1], plan.starts[1:], strict=True)):

@@ -191,7 +191,7 @@ def _measure(settings: Row) -> Row:
 def _hierarchy(mesh: Mesh) -> GeodesicHierarchy:
     """Order and customise, so that the field's own time is sweeps only."""
     solver = GeodesicHierarchy(mesh)
-    _ = solver._counted
+    solver._counted()
     return solver
 
 

@@ -316,7 +316,7 @@ def fixed_point_distances(
     The value for "no path" is 2**30 - 1. Every method and engine gives the same whole numbers.
     """
     _cuda()
-    skeleton, arcs = solver._skeleton, solver._counted
+    skeleton, arcs = solver._skeleton, solver._counted()
     ranks = skeleton.rank[np.asarray(sources)]
     order = np.argsort(ranks, kind="stable")
     result = np.empty((len(ranks), solver.n_vertices), dtype=np.int32)

@@ -20,6 +20,7 @@ from .._kernels import kernel
 from ..errors import MeshError, first_indices
 from .elimination import Elimination, Int32Array
 from .graph import EdgeGraph
+from .subtrees import Subtrees, arcs_by_head
 
 # Fixed-point "no path": two of them still add up within int32.
 UNREACHED = np.int32(2**30 - 1)
@@ -37,24 +38,36 @@ class Arcs:
 
 
 @dataclass(frozen=True, eq=False)
-class CountedArcs:
-    """Fixed-point arcs with path counts, and how each is made of lower arcs.
+class SweptArcs:
+    """What a counting sweep needs of fixed-point arcs.
 
-    ``counts`` are numbers of shortest paths, scaled by 2**(-damping * length). Detour i says that the arc
-    ``whole[i]`` is also the pair of arcs ``first[i]``, ``second[i]``; detours come in unpacking order. ``edge``
-    is the graph edge an arc stands for, or -1 where only detours are as short.
+    ``counts`` are numbers of shortest paths, scaled by 2**(-damping * length).
     """
 
     rows: IntArray
     heads: Int32Array
     lengths: Int32Array
     counts: FloatArray
+
+
+@dataclass(frozen=True, eq=False)
+class CountedArcs(SweptArcs):
+    """Arcs with path counts, and how each is made of lower arcs.
+
+    Detour i says that the arc ``whole[i]`` is also the pair of arcs ``first[i]``, ``second[i]``; detours come in
+    unpacking order. ``edge`` is the graph edge an arc stands for, or -1 where only detours are as short.
+    """
+
     edge: Int32Array
     edge_share: FloatArray
     whole: Int32Array
     first: Int32Array
     second: Int32Array
     damping: float
+
+    def swept(self) -> SweptArcs:
+        """Leave out what only unpacking needs, which is most of the bytes."""
+        return SweptArcs(self.rows, self.heads, self.lengths, self.counts)
 
 
 def fixed_point_lengths(graph: EdgeGraph, components: IntArray) -> Int32Array:
@@ -91,21 +104,26 @@ def _tie_keeping(unit: FloatArray, shortest: FloatArray) -> FloatArray:
     return np.where(kept >= 1, unit * kept / whole, unit)
 
 
-def metric_arcs(skeleton: Elimination, graph: EdgeGraph) -> Arcs:
+def metric_arcs(skeleton: Elimination, graph: EdgeGraph, n_jobs: int | None = None) -> Arcs:
     """Customise with float64 lengths, for distances."""
     lengths = np.full(len(skeleton.heads), np.inf)
-    slots = _edge_slots(skeleton, graph)
-    lengths[slots] = graph.lengths
-    _customise(skeleton.rows, skeleton.heads, lengths)
+    lengths[_edge_slots(skeleton, graph)] = graph.lengths
+    rows, heads = skeleton.rows, skeleton.heads
+    lower, arcs, tails = arcs_by_head(rows, heads)
+    plan = Subtrees(skeleton, n_jobs)
+    plan.upwards(lambda ranks: _customise(ranks, rows, heads, lower, arcs, tails, lengths))
     shortest = lengths.copy()
-    _perfect(skeleton.rows, skeleton.heads, shortest)
+    plan.downwards(lambda ranks: _perfect(ranks, rows, heads, shortest))
     keep = (lengths <= shortest) & np.isfinite(lengths)
-    rows, heads = _kept_rows(skeleton, keep)
-    return Arcs(rows, heads, lengths[keep])
+    return Arcs(*_kept_rows(skeleton, keep), lengths[keep])
 
 
 def counted_arcs(
-    skeleton: Elimination, graph: EdgeGraph, fixed_lengths: Int32Array, damping: float = 0.0
+    skeleton: Elimination,
+    graph: EdgeGraph,
+    fixed_lengths: Int32Array,
+    damping: float = 0.0,
+    n_jobs: int | None = None,
 ) -> CountedArcs:
     """Customise with fixed-point lengths and path counts, for betweenness."""
     lengths = np.full(len(skeleton.heads), UNREACHED, dtype=np.int32)
@@ -113,24 +131,26 @@ def counted_arcs(
     slots = _edge_slots(skeleton, graph)
     lengths[slots] = fixed_lengths
     counts[slots] = np.exp2(-damping * fixed_lengths)
-    edge_length = lengths.copy()
-    _customise_counted(skeleton.rows, skeleton.heads, lengths, counts)
+    rows, heads = skeleton.rows, skeleton.heads
+    lower, arcs, tails = arcs_by_head(rows, heads)
+    plan = Subtrees(skeleton, n_jobs)
+    plan.upwards(lambda ranks: _customise_counted(ranks, rows, heads, lower, arcs, tails, lengths, counts))
     shortest = lengths.copy()
-    _perfect(skeleton.rows, skeleton.heads, shortest)
+    plan.downwards(lambda ranks: _perfect(ranks, rows, heads, shortest))
     keep = (lengths == shortest) & (lengths < UNREACHED)
-    rows, heads = _kept_rows(skeleton, keep)
+    kept_rows, kept_heads = _kept_rows(skeleton, keep)
 
-    direct = keep[slots] & (fixed_lengths == lengths[slots])
-    edge = np.full(len(skeleton.heads), -1, dtype=np.int32)
-    edge[slots[direct]] = np.flatnonzero(direct)
-    kept_counts = counts[keep]
-    kept_edge = edge[keep]
-    own = np.exp2(-damping * edge_length[keep].astype(np.float64))
-    edge_share = np.where(kept_edge >= 0, own / kept_counts, 0.0)
-    kept_lengths = lengths[keep]
-    whole, first, second = _detours(rows, heads, kept_lengths)
+    direct = np.flatnonzero(keep[slots] & (fixed_lengths == lengths[slots]))
+    kept_lengths, kept_counts = lengths[keep], counts[keep]
+    edge = np.full(len(kept_heads), -1, dtype=np.int32)
+    edge_share = np.zeros(len(kept_heads))
+    places = (np.cumsum(keep) - 1)[slots[direct]]
+    edge[places] = direct
+    edge_share[places] = np.exp2(-damping * fixed_lengths[direct]) / kept_counts[places]
+    found = plan.downwards(lambda ranks: _detours(ranks, kept_rows, kept_heads, kept_lengths))
+    whole, first, second = np.concatenate(found, axis=1)
     return CountedArcs(
-        rows, heads, kept_lengths, kept_counts, kept_edge, edge_share, whole, first, second, damping
+        kept_rows, kept_heads, kept_lengths, kept_counts, edge, edge_share, whole, first, second, damping
     )
 
 
@@ -156,33 +176,57 @@ def _kept_rows(skeleton: Elimination, keep: NDArray[np.bool_]) -> tuple[IntArray
 
 
 @kernel
-def _customise(rows: Any, heads: Any, lengths: Any) -> None:
-    """Bottom-up: shorten every arc (a, b) by the detours through lower vertices v."""
-    for v in range(len(rows) - 1):
-        for i in range(rows[v], rows[v + 1]):
-            a = heads[i]
-            left = lengths[i]
-            j = rows[a]
-            for k in range(i + 1, rows[v + 1]):
-                b = heads[k]
-                while heads[j] != b:
-                    j += 1
+def _customise(ranks: Any, rows: Any, heads: Any, lower: Any, arcs: Any, tails: Any, lengths: Any) -> None:
+    """Bottom-up over ``ranks``: shorten every arc (a, b) by the detours through lower vertices v.
+
+    What remains of v's row is part of a's row, mostly side by side: then whole slices can be compared.
+    """
+    slot = np.empty(len(rows) - 1, np.int64)
+    for a in ranks:
+        for j in range(rows[a], rows[a + 1]):
+            slot[heads[j]] = j
+        for t in range(lower[a], lower[a + 1]):
+            left = lengths[arcs[t]]
+            first, stop = arcs[t] + 1, rows[tails[t] + 1]
+            if first == stop:
+                continue
+            into = slot[heads[first]]
+            if slot[heads[stop - 1]] - into == stop - 1 - first:
+                right, whole = lengths[first:stop], lengths[into : into + stop - first]
+                for k in range(len(right)):
+                    whole[k] = min(whole[k], left + right[k])
+                continue
+            for k in range(first, stop):
+                j = slot[heads[k]]
                 lengths[j] = min(lengths[j], left + lengths[k])
 
 
 @kernel
-def _customise_counted(rows: Any, heads: Any, lengths: Any, counts: Any) -> None:
-    """Bottom-up in fixed point, with the number of shortest paths each arc stands for."""
-    for v in range(len(rows) - 1):
-        for i in range(rows[v], rows[v + 1]):
-            a = heads[i]
+def _customise_counted(
+    ranks: Any, rows: Any, heads: Any, lower: Any, arcs: Any, tails: Any, lengths: Any, counts: Any
+) -> None:
+    """Bottom-up in fixed point, with the number of shortest paths each arc stands for; see :func:`_customise`."""
+    slot = np.empty(len(rows) - 1, np.int64)
+    for a in ranks:
+        for j in range(rows[a], rows[a + 1]):
+            slot[heads[j]] = j
+        for t in range(lower[a], lower[a + 1]):
+            i = arcs[t]
             left = lengths[i]
-            j = rows[a]
-            for k in range(i + 1, rows[v + 1]):
-                b = heads[k]
-                while heads[j] != b:
-                    j += 1
-                detour = left + lengths[k]
+            first, stop = i + 1, rows[tails[t] + 1]
+            if first == stop:
+                continue
+            into = slot[heads[first]]
+            if slot[heads[stop - 1]] - into == stop - 1 - first:
+                right, whole = lengths[first:stop], lengths[into : into + stop - first]
+                short = False
+                for k in range(len(right)):
+                    short |= np.int32(left + right[k]) <= whole[k]
+                if not short:
+                    continue
+            for k in range(first, stop):
+                j = slot[heads[k]]
+                detour = np.int32(left + lengths[k])
                 if detour < lengths[j]:
                     lengths[j] = detour
                     counts[j] = counts[i] * counts[k]
@@ -191,38 +235,55 @@ def _customise_counted(rows: Any, heads: Any, lengths: Any, counts: Any) -> None
 
 
 @kernel
-def _perfect(rows: Any, heads: Any, lengths: Any) -> None:
-    """Top-down: shorten every arc to the true distance by the detours through higher vertices."""
-    for v in range(len(rows) - 2, -1, -1):
-        for i in range(rows[v], rows[v + 1]):
+def _perfect(ranks: Any, rows: Any, heads: Any, lengths: Any) -> None:
+    """Top-down over ``ranks``: shorten every arc to the true distance by the detours through higher vertices."""
+    number = lengths.dtype.type
+    for t in range(len(ranks) - 1, -1, -1):
+        v = ranks[t]
+        stop = rows[v + 1]
+        for i in range(rows[v], stop - 1):
             a = heads[i]
+            # What remains of v's row is part of a's row; mostly it is all that ends that row.
+            tail = rows[a + 1] - (stop - i - 1)
+            if heads[tail] == heads[i + 1]:
+                own, between = lengths[i + 1 : stop], lengths[tail : rows[a + 1]]
+                shortest = lengths[i]
+                for k in range(len(own)):
+                    shortest = min(shortest, number(own[k] + between[k]))
+                lengths[i] = shortest
+                for k in range(len(own)):
+                    own[k] = min(own[k], number(shortest + between[k]))
+                continue
             j = rows[a]
-            for k in range(i + 1, rows[v + 1]):
+            for k in range(i + 1, stop):
                 b = heads[k]
                 while heads[j] != b:
                     j += 1
-                between = lengths[j]
-                lengths[i] = min(lengths[i], lengths[k] + between)
-                lengths[k] = min(lengths[k], lengths[i] + between)
+                lengths[i] = min(lengths[i], lengths[k] + lengths[j])
+                lengths[k] = min(lengths[k], lengths[i] + lengths[j])
 
 
 @kernel
-def _detours(rows: Any, heads: Any, lengths: Any) -> Any:
-    """Every kept arc's tight pairs of lower arcs, those of high middle vertices first."""
+def _detours(ranks: Any, rows: Any, heads: Any, lengths: Any) -> Any:
+    """Tight pairs of lower arcs through ``ranks``, the highest first: (3, d) arcs, the whole and its two parts.
+
+    An arc gets flow from detours through its own lower end only, so that other orders which keep this give the same.
+    """
     n = len(rows) - 1
-    found_arcs = np.empty((max(16, len(heads)), 3), np.int32)
+    found_arcs = np.empty((max(16, 3 * len(ranks)), 3), np.int32)
     found = 0
     # Row v spread over all ranks: a missing arc is too long to be part of anything.
     spread = np.full(n, UNREACHED, np.int32)
     slot = np.empty(n, np.int32)
-    for v in range(n - 1, -1, -1):
+    for t in range(len(ranks) - 1, -1, -1):
+        v = ranks[t]
         size = rows[v + 1] - rows[v]
         if found + size * size > len(found_arcs):
             larger = np.empty((2 * (found + size * size), 3), np.int32)
             larger[:found] = found_arcs[:found]
             found_arcs = larger
         found = _detours_through(v, rows, heads, lengths, spread, slot, found_arcs, found)
-    return found_arcs[:found, 0].copy(), found_arcs[:found, 1].copy(), found_arcs[:found, 2].copy()
+    return found_arcs[:found].T.copy()
 
 
 @kernel
@@ -243,6 +304,15 @@ def _detours_through(
     for k in range(rows[v], rows[v + 1]):
         spread[heads[k]] = UNREACHED
     return found
+
+
+def edge_flow_of(arcs: CountedArcs, total: FloatArray, n_edges: int) -> FloatArray:
+    """Hand arc flow (in place) down to the graph's edges; halve it, as each pair has two directions."""
+    unpack(total, arcs.counts, arcs.whole, arcs.first, arcs.second)
+    direct = arcs.edge >= 0
+    edge_flow = np.zeros(n_edges)
+    edge_flow[arcs.edge[direct]] = 0.5 * (total * arcs.edge_share)[direct]
+    return edge_flow
 
 
 @kernel

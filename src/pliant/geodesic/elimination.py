@@ -76,16 +76,35 @@ def _dissection(graph: EdgeGraph) -> Int32Array:
 
 def _adjacency(graph: EdgeGraph, order: Int32Array) -> tuple[IntArray, Int32Array]:
     """Neighbour lists, ascending, with vertices renamed by their position in the order."""
-    n = graph.n_vertices
-    rank = np.empty(n, dtype=np.int64)
-    rank[order] = np.arange(n)
-    ends = rank[graph.edges]
-    tails = np.concatenate([ends[:, 0], ends[:, 1]])
-    heads = np.concatenate([ends[:, 1], ends[:, 0]])
-    by_tail = np.lexsort((heads, tails))
-    start = np.zeros(n + 1, dtype=np.int64)
-    np.cumsum(np.bincount(tails, minlength=n), out=start[1:])
-    return start, heads[by_tail].astype(np.int32)
+    rank = np.empty(graph.n_vertices, dtype=np.int64)
+    rank[order] = np.arange(graph.n_vertices)
+    found: tuple[IntArray, Int32Array] = _neighbour_lists(graph.n_vertices, rank[graph.edges])
+    return found
+
+
+@kernel
+def _neighbour_lists(n: Any, ends: Any) -> Any:
+    """Sort by head, then, keeping that order, by tail."""
+    start = np.zeros(n + 1, np.int64)
+    for e in range(len(ends)):
+        start[ends[e, 0] + 1] += 1
+        start[ends[e, 1] + 1] += 1
+    for v in range(n):
+        start[v + 1] += start[v]
+    by_head = np.empty(2 * len(ends), np.int32)
+    filled = start[:-1].copy()
+    for e in range(len(ends)):
+        for tail, head in ((ends[e, 0], ends[e, 1]), (ends[e, 1], ends[e, 0])):
+            by_head[filled[head]] = tail
+            filled[head] += 1
+    neighbours = np.empty(2 * len(ends), np.int32)
+    filled[:] = start[:-1]
+    for head in range(n):
+        for at in range(start[head], start[head + 1]):
+            tail = by_head[at]
+            neighbours[filled[tail]] = head
+            filled[tail] += 1
+    return start, neighbours
 
 
 @kernel

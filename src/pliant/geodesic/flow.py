@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from .._arrays import FloatArray, IntArray
 from .._kernels import inlined_kernel, summing_kernel
 from .counting import climb_counting, descend_counting
-from .customise import UNREACHED, CountedArcs
+from .customise import UNREACHED, SweptArcs
 from .elimination import Elimination, Int32Array
 from .sweeps import LANES, ancestors_of, forget
 
@@ -33,7 +33,7 @@ class Workspace:
     ``tight_to[v]``. ``listed``, ``label``, ``ways`` and ``waiting`` belong to the sources' ancestors.
     """
 
-    def __init__(self, arcs: CountedArcs) -> None:
+    def __init__(self, arcs: SweptArcs) -> None:
         n = len(arcs.rows) - 1
         self.distance = np.empty((n, LANES), dtype=np.int32)
         self.count = np.empty((n, LANES))
@@ -47,11 +47,21 @@ class Workspace:
         self.tight_climb_to = np.empty(n, dtype=np.int64)
         self.place = np.full(n, -1, dtype=np.int32)
         self.found = np.empty(n, dtype=np.int32)
-        self.listed = self.found[:0]
-        self.label = self.distance[:0]
-        self.ways = self.waiting = self.count[:0]
+        self._most = -1
+        self.start_climb(self.found[:0])
 
-    def reset(self, arcs: CountedArcs) -> None:
+    def start_climb(self, listed: NDArray[np.int32]) -> None:
+        """Make room for a climb to ``listed`` ancestors; new arrays for every climb would be paged in every time."""
+        m = len(listed)
+        if m > self._most:
+            self._most = 2 * m
+            self._label = np.empty((self._most, LANES), dtype=np.int32)
+            self._ways, self._waiting = np.empty((2, self._most, LANES))
+        self.listed = listed
+        self.label, self.ways, self.waiting = self._label[:m], self._ways[:m], self._waiting[:m]
+        self.label[:], self.ways[:], self.waiting[:] = UNREACHED, 0.0, 0.0
+
+    def reset(self, arcs: SweptArcs) -> None:
         """Forget what earlier sweeps did, so that the next result does not depend on them to the last bit."""
         self.numbers[:] = np.arange(len(arcs.heads))
         self.heads[:] = arcs.heads
@@ -63,14 +73,14 @@ class Workspace:
 class Sweep:
     """The way from sources to labels, counts and tight arcs, in workspaces that threads share out."""
 
-    def __init__(self, skeleton: Elimination, arcs: CountedArcs) -> None:
+    def __init__(self, skeleton: Elimination, arcs: SweptArcs) -> None:
         self.parent, self.arcs = skeleton.parent, arcs
         self._idle: SimpleQueue[Workspace] = SimpleQueue()
 
-    def __getstate__(self) -> tuple[Int32Array, CountedArcs]:
+    def __getstate__(self) -> tuple[Int32Array, SweptArcs]:
         return self.parent, self.arcs
 
-    def __setstate__(self, state: tuple[Int32Array, CountedArcs]) -> None:
+    def __setstate__(self, state: tuple[Int32Array, SweptArcs]) -> None:
         """Come to another process without workspaces."""
         self.parent, self.arcs = state
         self._idle = SimpleQueue()
@@ -89,10 +99,7 @@ class Sweep:
     def forward(self, sources: NDArray[Any], w: Workspace, *, lowest: int) -> bool:
         """Climb from the sources and descend to ``lowest``; False where path counts overflow."""
         arcs = self.arcs
-        w.listed = ancestors_of(sources, self.parent, w.place, w.found)
-        w.label = np.full((len(w.listed), LANES), UNREACHED, dtype=np.int32)
-        w.ways = np.zeros((len(w.listed), LANES))
-        w.waiting = np.zeros((len(w.listed), LANES))
+        w.start_climb(ancestors_of(sources, self.parent, w.place, w.found))
         own = (w.place[sources], np.arange(len(sources)))
         w.label[own], w.ways[own] = 0, 1.0
         climb_counting(
@@ -124,7 +131,7 @@ class FlowJob:
     def __init__(
         self,
         skeleton: Elimination,
-        arcs: CountedArcs,
+        arcs: SweptArcs,
         forth: FloatArray,
         back: FloatArray,
         *,

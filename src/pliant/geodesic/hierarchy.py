@@ -16,7 +16,15 @@ from ..cluster import Scheduler
 from ..errors import FileFormatError, InputError, NumericalError
 from ..mesh import Mesh, load_arrays, save_arrays
 from .cuda import Device, cuda_distances, on_cuda
-from .customise import UNREACHED, Arcs, CountedArcs, counted_arcs, fixed_point_lengths, metric_arcs, unpack
+from .customise import (
+    UNREACHED,
+    Arcs,
+    CountedArcs,
+    counted_arcs,
+    edge_flow_of,
+    fixed_point_lengths,
+    metric_arcs,
+)
 from .elimination import Int32Array, eliminate
 from .engines import Engine, engine
 from .flow import passing_flow
@@ -66,6 +74,10 @@ class GeodesicHierarchy:
     (2, 162)
     """
 
+    # Made when first asked for: distances do not need path counts, and fields do not need float lengths.
+    _kept_metric: Arcs | None = None
+    _kept_counted: CountedArcs | None = None
+
     def __init__(self, graph: Mesh | EdgeGraph | sp.sparray, kind: GraphKind = "edges") -> None:
         self.graph = as_graph(graph, kind)
         self._skeleton = eliminate(self.graph)
@@ -88,13 +100,15 @@ class GeodesicHierarchy:
         """(n,) number of the connected component of each vertex."""
         return frozen(component_labels(self.graph)[1])
 
-    @cached_property
-    def _metric(self) -> Arcs:
-        return metric_arcs(self._skeleton, self.graph)
+    def _metric(self, n_jobs: int | None = None) -> Arcs:
+        if self._kept_metric is None:
+            self._kept_metric = metric_arcs(self._skeleton, self.graph, n_jobs)
+        return self._kept_metric
 
-    @cached_property
-    def _counted(self) -> CountedArcs:
-        return counted_arcs(self._skeleton, self.graph, self._fixed_lengths)
+    def _counted(self, n_jobs: int | None = None) -> CountedArcs:
+        if self._kept_counted is None:
+            self._kept_counted = counted_arcs(self._skeleton, self.graph, self._fixed_lengths, n_jobs=n_jobs)
+        return self._kept_counted
 
     @cached_property
     def _fixed_lengths(self) -> Int32Array:
@@ -150,13 +164,14 @@ class GeodesicHierarchy:
         by_rank = np.argsort(ranks, kind="stable")
         if self.n_vertices < SMALLEST_SWEPT:
             found = np.atleast_2d(sp.csgraph.dijkstra(self.graph.matrix(), directed=False, indices=wanted))
-            found[found > limit] = np.inf
-            return found.reshape(len(wanted), self.n_vertices)
+            return np.where(found > limit, np.inf, found).reshape(len(wanted), self.n_vertices)
         if cuda:
             ranks = ranks[by_rank]
-            cuda_distances(self._skeleton, self._metric, ranks, by_rank, result, limit, progress=progress)
+            cuda_distances(
+                self._skeleton, self._metric(n_jobs), ranks, by_rank, result, limit, progress=progress
+            )
             return result
-        sweep = DistanceSweep(self._skeleton, self._metric)
+        sweep = DistanceSweep(self._skeleton, self._metric(n_jobs))
 
         def solve(places: IntArray) -> None:
             sweep.into(result, places, ranks[places], limit)
@@ -190,7 +205,7 @@ class GeodesicHierarchy:
             raise InputError(message)
         wanted = wanted[np.argsort(self._skeleton.rank[wanted], kind="stable")]
         parts = [wanted[start : start + size] for start in range(0, len(wanted), size)]
-        sweep = DistanceSweep(self._skeleton, self._metric)
+        sweep = DistanceSweep(self._skeleton, self._metric(n_jobs))
 
         def solve(part: IntArray) -> FloatArray:
             out = np.empty((len(part), self.n_vertices))
@@ -258,7 +273,10 @@ class GeodesicHierarchy:
         back = as_weights(target_weights, self.n_vertices, "target_weights")
         chosen = None if sources is None else vertex_indices(sources, self.n_vertices, "sources")
         carrier = engine(device, scheduler, n_jobs, progress=progress)
-        return self._passing(self._flow(chosen, forth, back, carrier), forth, back, chosen)
+        edge_flow = self._flow(chosen, forth, back, carrier, n_jobs)
+        if chosen is not None:
+            forth = forth * np.bincount(chosen, minlength=self.n_vertices)
+        return passing_flow(self.graph.edges, edge_flow, forth, back, self.components)
 
     def edge_flow(
         self,
@@ -278,7 +296,8 @@ class GeodesicHierarchy:
         forth = as_weights(source_weights, self.n_vertices, "source_weights")
         back = as_weights(target_weights, self.n_vertices, "target_weights")
         chosen = None if sources is None else vertex_indices(sources, self.n_vertices, "sources")
-        return self._flow(chosen, forth, back, engine(device, scheduler, n_jobs, progress=progress))
+        carrier = engine(device, scheduler, n_jobs, progress=progress)
+        return self._flow(chosen, forth, back, carrier, n_jobs)
 
     def sampled_betweenness(
         self,
@@ -313,7 +332,7 @@ class GeodesicHierarchy:
         share = as_weights(stands_for, self.n_vertices, "stands_for")[self.order]
         carrier = engine(device, scheduler, n_jobs, progress=progress)
         ranks = [np.sort(self._skeleton.rank[vertex_indices(g, self.n_vertices, "sources")]) for g in groups]
-        for arcs in self._arcs_by_damping():
+        for arcs in self._arcs_by_damping(n_jobs):
             found = carrier.sampled(self._skeleton, arcs, mass, share, ranks)
             if all(part is not None for part in found):
                 return np.stack([part for part in found if part is not None])[:, self._skeleton.rank]
@@ -325,6 +344,7 @@ class GeodesicHierarchy:
         forth: FloatArray,
         back: FloatArray,
         carrier: Engine,
+        n_jobs: int | None,
     ) -> FloatArray:
         """Edge flow from some sources; None stands for every vertex."""
         if self.n_vertices < SMALLEST_SWEPT:
@@ -332,48 +352,27 @@ class GeodesicHierarchy:
             return plain_edge_flow(self.graph, self._fixed_lengths, forth, back, chosen)
         order = self._skeleton.order
         ranks = np.arange(self.n_vertices) if sources is None else np.sort(self._skeleton.rank[sources])
-        for arcs in self._arcs_by_damping():
-            flow = carrier.arc_flow(
-                self._skeleton, arcs, forth[order], back[order], ranks, both_ways=sources is None
-            )
+        for arcs in self._arcs_by_damping(n_jobs):
+            by_rank = (forth[order], back[order], ranks)
+            flow = carrier.arc_flow(self._skeleton, arcs, *by_rank, both_ways=sources is None)
             if flow is not None:
-                return self._unpacked(arcs, flow)
+                return edge_flow_of(arcs, flow, self.graph.n_edges)
         raise NumericalError(TOO_MANY_PATHS)
 
-    def _arcs_by_damping(self) -> Iterator[CountedArcs]:
+    def _arcs_by_damping(self, n_jobs: int | None) -> Iterator[CountedArcs]:
         """Yield arcs with path counts, each time damped more; those already overflowing are left out."""
         for bits in DAMPING_BITS:
-            arcs = self._counted if bits == 0 else self._damped(bits)
+            arcs = self._counted(n_jobs) if bits == 0 else self._damped(bits)
             if np.isfinite(arcs.counts).all():
                 yield arcs
 
     def _damped(self, bits: float) -> CountedArcs:
-        longest = float(UNREACHED)
-        return counted_arcs(self._skeleton, self.graph, self._fixed_lengths, bits / longest)
-
-    def _unpacked(self, arcs: CountedArcs, total: FloatArray) -> FloatArray:
-        """Hand arc flow down to the graph's edges; halve it, as each pair has two directions."""
-        unpack(total, arcs.counts, arcs.whole, arcs.first, arcs.second)
-        direct = arcs.edge >= 0
-        edge_flow = np.zeros(self.graph.n_edges)
-        edge_flow[arcs.edge[direct]] = 0.5 * (total * arcs.edge_share)[direct]
-        return edge_flow
-
-    def _passing(
-        self, edge_flow: FloatArray, forth: FloatArray, back: FloatArray, sources: IntArray | None
-    ) -> FloatArray:
-        if sources is not None:
-            forth = forth * np.bincount(sources, minlength=self.n_vertices)
-        return passing_flow(self.graph.edges, edge_flow, forth, back, self.components)
+        return counted_arcs(self._skeleton, self.graph, self._fixed_lengths, bits / float(UNREACHED))
 
     def save(self, path: str | os.PathLike[str]) -> None:
         """Write graph and order to an .npz file, atomically; the rest is built again in a moment."""
-        stored = {
-            "format": np.array(FORMAT),
-            "edges": self.graph.edges,
-            "lengths": self.graph.lengths,
-            "order": self._skeleton.order,
-        }
+        stored = {"format": np.array(FORMAT), "order": self._skeleton.order}
+        stored |= {"edges": self.graph.edges, "lengths": self.graph.lengths}
         save_arrays(path, stored)
 
     @classmethod
