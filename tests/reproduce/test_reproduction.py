@@ -160,7 +160,7 @@ def test_a_table_shows_the_columns_that_say_something(tmp_path, monkeypatch):
     assert not any(name in plain for name in ("printed", "interval", "difference", "ratio", "note"))
     full, page = heads([Row("a", 0.5, 0.25, 0.2, 0.3, "noted"), Row("b", None, None)])
     assert all(name in full for name in ("printed", "interval", "difference", "ratio", "note"))
-    assert "<td>−0.25</td><td>0.5</td>" in page
+    assert '<td data-label="difference">−0.25</td><td data-label="ratio">0.5</td>' in page
 
 
 def test_unknown_names_and_folders_are_refused(tmp_path):

@@ -86,7 +86,7 @@ def _drawn(table: FloatArray, diseased: BoolArray, marked: BoolArray) -> Figure:
         axes.bar(
             at + shift, rows.mean(axis=0), 0.38, yerr=error, color=colour, label=name, error_kw={"lw": 0.8}
         )
-    top = table.mean(axis=0).max() * 1.25
+    top = 1.18 * max(float(table[diseased].mean(axis=0).max()), float(table[~diseased].mean(axis=0).max()))
     axes.plot(at[marked], np.full(int(marked.sum()), top), "v", color="#1b1f24", ms=5, label="beyond chance")
     axes.set(xlabel="word", ylabel="share of the points", xticks=at, ylim=(0, top * 1.15))
     axes.spines[["top", "right"]].set_visible(False)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import base64
 import json
 import platform
+import struct
 from collections import Counter
 from collections.abc import Callable, Sequence
 from html import escape
@@ -128,12 +129,12 @@ def _section(place: Path, outcome: Outcome) -> str:
     also = "".join(f'<span id="{name}"></span>' for name in about.covers)
     return (
         f'<section class="experiment" id="{about.name}" aria-labelledby="{about.name}-title"><header>'
-        f'{also}<h3 id="{about.name}-title">{_names(about)}: {escape(about.title)}</h3>'
+        f'<h3 id="{about.name}-title">{also}{_names(about)}: {escape(about.title)}</h3>'
         f"{_badge(findings.verdict)}</header>"
         f'<p class="found">{escape(findings.summary)}</p><dl>{listed}</dl>'
         f"{_rows(findings.rows)}"
         + (f'<div class="figures">{pictures}</div>' if pictures else "")
-        + f'<p class="quiet">{outcome.seconds:.0f} s.</p></section>'
+        + f'<p class="quiet">Took {outcome.seconds:.0f} s.</p></section>'
     )
 
 
@@ -148,7 +149,9 @@ def _rows(rows: Sequence[Row]) -> str:
     head += '<th scope="col" class="text">note</th>' if any(notes) else ""
     body = ""
     for i, row in enumerate(rows):
-        cells = "".join(f"<td>{values[i] or _NONE}</td>" for values in columns.values())
+        cells = "".join(
+            f'<td data-label="{name}">{values[i] or _NONE}</td>' for name, values in columns.items()
+        )
         note = f'<td class="text">{escape(row.note)}</td>' if any(notes) else ""
         body += f'<tr><th scope="row">{escape(row.name)}</th>{cells}{note}</tr>'
     table = f'<table class="numbers"><thead><tr>{head}</tr></thead><tbody>{body}</tbody></table>'
@@ -174,8 +177,11 @@ def _picture(place: Path, picture: Picture) -> str:
     caption = escape(picture.caption)
     if picture.kind == "figure":
         data = base64.b64encode(content).decode("ascii")
+        # As wide as it was drawn at 90 dots an inch, so that text in all figures has one size.
+        width, height = (round(side / 1.6) for side in struct.unpack(">II", content[16:24]))
         return (
-            f'<figure><img alt="{caption}" src="data:image/png;base64,{data}">'
+            f'<figure style="width:{width}px"><img alt="{caption}" width="{width}" height="{height}" '
+            f'src="data:image/png;base64,{data}">'
             f"<figcaption>{caption}</figcaption></figure>"
         )
     name = f"surface-{Path(picture.file).stem}"
