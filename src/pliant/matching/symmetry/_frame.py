@@ -26,6 +26,8 @@ _SMOOTH = 60
 # Higher pairs change biharmonic distances by less than the spacing of samples.
 _EMBEDDED = 60
 _SPACED = 20
+# Samples that are kept: the first of many farthest points are those of few.
+_SAMPLED = 1500
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -116,8 +118,15 @@ class Frame:
         both = (np.concatenate([tails, heads]), np.concatenate([heads, tails]))
         return sp.csr_array((np.ones(len(both[0])), both), shape=(self.mesh.n_vertices,) * 2)
 
+    @cached_property
+    def _outermost(self) -> IntArray:
+        count = min(_SAMPLED, self.mesh.n_vertices)
+        return frozen(farthest_points(self.embedding[:, :_SPACED], count))
+
     def samples(self, count: int, rng: int | np.random.Generator | None = None) -> IntArray:
         """Farthest points by biharmonic distance, from the one farthest out or from a random one."""
+        if rng is None and count <= _SAMPLED:
+            return self._outermost[:count]
         return farthest_points(self.embedding[:, :_SPACED], min(count, self.mesh.n_vertices), rng=rng)
 
     def distances(self, a: IntArray, b: IntArray) -> FloatArray:
@@ -157,6 +166,11 @@ class Coarse:
         """(s, k) eigenvectors at the samples, on the surface scaled to unit area."""
         spectrum = self.frame.spectrum
         return frozen(spectrum.vectors[self.samples] * spectrum.area**0.5)
+
+    @cached_property
+    def distances(self) -> FloatArray:
+        """(s, s) biharmonic distances between samples, in units of the scale."""
+        return frozen(self.frame.distances(self.samples, self.samples))
 
     @cached_property
     def faces(self) -> IntArray:

@@ -17,16 +17,20 @@ FIRST = 20
 # A quick look at every guess: samples, eigenfunctions, step.
 QUICK = (500, 60, 8)
 SAME = 0.1
+# Two reflections agree along curves; one that agrees with a better one over more is that one, part of it flipped.
+SHARED = 0.25
 # Of two maps nearly as good, the one that moves more: limbs left where they are cost little distortion.
 MOVES = 0.5
 # A limb turned half about costs little distortion either, but leaves its faces on the wrong side.
 FOLDS = 0.5
 _SEEDS = 5
-_FINALISTS = 8
+_FINALISTS = 5
 # A reflection and the same with its trunk turned about are this near, and both may be among the guesses.
 _ALIKE = 0.03
 _FEWEST = 4
 _TURNED = 10.0
+# Of a map that turns half of the surface about; few samples see the best maps of bent people turn .55 to .7.
+_HALF = 0.5
 # A guess with less distortion and more reversed area needs no branching.
 _CLEAN = (0.025, 0.85)
 # Branching: samples, first size, last size, maps kept on the way.
@@ -162,15 +166,16 @@ def measured(coarse: Coarse, matrix: FloatArray) -> Guess:
     frame = coarse.frame
     points = coarse_points(coarse, matrix)
     image = coarse.samples[points]
-    change = np.abs(frame.distances(coarse.samples, coarse.samples) - frame.distances(image, image))
+    change = np.abs(coarse.distances - coarse.distances[np.ix_(points, points)])
     distortion = coarse.weights @ change @ coarse.weights
     gaps = np.minimum(frame.signature_gaps(coarse.samples, image) / max(frame.variation, 1e-300), 1)
     residual = coarse.weights @ gaps
-    back = apart(coarse, points[points], np.arange(len(points)))
-    moved = apart(coarse, points, np.arange(len(points)))
+    rows = np.arange(len(points))
+    back = float(coarse.weights @ coarse.distances[points[points], rows])
+    moved = float(coarse.weights @ coarse.distances[points, rows])
     turned = reversed_share(coarse, coarse, matrix, points)
     # What hardly moves, the identity, and what keeps the orientation come last.
-    penalty = _TURNED * float(turned < 0.6) + _TURNED * float(moved < SAME)
+    penalty = _TURNED * float(turned < _HALF) + _TURNED * float(moved < SAME)
     merit = distortion + residual + back + FOLDS * (1 - turned) - MOVES * moved + penalty
     return Guess(matrix, points, float(merit), float(distortion), turned)
 

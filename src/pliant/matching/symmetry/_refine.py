@@ -134,8 +134,13 @@ def _nearest_few(points: FloatArray, queries: FloatArray, count: int) -> IntArra
 
 
 def nearest_images(basis: FloatArray, matrix: FloatArray, targets: FloatArray) -> IntArray:
-    """For each row's image, the nearest target; rounding to single precision decides no map."""
-    rows, there = (basis @ matrix).astype(np.float32), targets.astype(np.float32)
+    """For each row's image, the nearest target."""
+    return nearest_points(basis @ matrix, targets)
+
+
+def nearest_points(places: FloatArray, targets: FloatArray) -> IntArray:
+    """For each place, the nearest target; rounding to single precision decides no map."""
+    rows, there = places.astype(np.float32), targets.astype(np.float32)
     squares = np.einsum("ij,ij->i", there, there)
     found: IntArray = (squares - 2 * rows @ there.T).argmin(axis=1)
     return found

@@ -12,8 +12,10 @@ from ...errors import InputError
 from ...mesh import Mesh
 from ...spectral import Spectrum
 from ._frame import Coarse, Frame
-from ._guesses import FIRST, FOLDS, MOVES, QUICK, SAME, WIDTHS, Guess, distinct_guesses, measured
-from ._refine import dense_points, grown, orthogonal
+from ._further import new_guesses
+from ._guesses import FIRST, FOLDS, MOVES, QUICK, SAME, SHARED, WIDTHS, Guess, distinct_guesses, measured
+from ._harmonic import mended
+from ._refine import coarse_points, dense_points, grown, orthogonal
 from ._slide import slides
 from .measures import MapQuality, quality_of
 from .voting import candidate_pairs
@@ -21,9 +23,14 @@ from .voting import candidate_pairs
 __all__ = ["GlobalSearch", "Limits", "Reflection", "reflections"]
 
 # A careful look at the best guesses: samples, step.
-_CAREFUL = (1500, 4)
-# Two reflections agree along curves; one that agrees with a better one over more is that one, part of it flipped.
-_SHARED = 0.25
+_SAMPLES, _STEP = 1500, 4
+# Times that further reflections are sought from those found.
+_MOST = 4
+# Distortion of the mirrors of a surface that has several; beyond, the others are turned versions of the best.
+# Of a bent surface the first reflection is hard enough to find; its turned versions are no further ones.
+_EXACT = 0.015
+# Maps that are mended, the best of the first guesses.
+_MENDED = 3
 # What keeps the orientation or hardly moves is not worth a dense map, but for the reasons of the first.
 _HOPELESS = 5.0
 # Between surfaces of revolution (0 to .1 with a mesh's noise) and an ellipsoid (.14), round limbs (.22).
@@ -207,7 +214,7 @@ def search_reflections(
     if isinstance(k, bool) or int(k) != k or k < FIRST:
         message = f"k must be a whole number of {FIRST} or more, got {k}"
         raise InputError(message)
-    coarse = Coarse(frame, frame.samples(_CAREFUL[0]))
+    coarse = Coarse(frame, frame.samples(_SAMPLES))
     k = min(k, frame.spectrum.k, len(coarse.samples) // 3)
     with threadpool_limits(1):  # matrices this small lose more than they gain by threads
         guesses = distinct_guesses(coarse.first(QUICK[0]), *pairs, k)
@@ -236,34 +243,92 @@ def _judged(
     if not guesses:
         reason = "asymmetric: no set of points far apart looks alike and keeps its distances"
         return GlobalSearch((), (reason,))
-    frame, quick = coarse.frame, coarse.first(QUICK[0])
-    passed: list[Reflection] = []
-    reasons: list[str] = []
+    trial = _Trial(coarse, pairs, k, limits)
     for i, guess in enumerate(guesses):
         # From the start again: what few samples put wrong above the first eigenfunctions would stay wrong.
-        first = min(guess.settled, k)
-        matrix = grown(coarse, orthogonal(guess.matrix[:first, :first]), k, _CAREFUL[1], symmetric=True)
-        if i and measured(quick, matrix).merit > _HOPELESS:
-            continue
-        image = dense_points(coarse, matrix)
-        quality = quality_of(frame, image)
-        support = support_of(frame, *pairs, image)
-        failures = limits.failures(quality, float(np.trace(matrix)) / k, support)
-        if failures:
-            reasons.append(_refusal(quality, failures))
-        else:
-            passed.append(Reflection(image, matrix, support, quality))
-    taken: list[Reflection] = []
-    for found in sorted(passed, key=_merit):
-        if all(_agreeing_area(frame, found.point_map, other.point_map) < _SHARED for other in taken):
-            taken.append(found)
-    if any(slides(quick, found.matrix, min(QUICK[1], k), QUICK[2]) for found in taken):
+        trial.take(guess.matrix[: guess.settled, : guess.settled], hopeless=i == 0)
+    taken = _distinct(coarse.frame, trial.passed)
+    quick = coarse.first(QUICK[0])
+    if any(_arbitrary(quick, found) for found in taken):
         reason = (
             "continuous symmetry: a reflection turned by any angle is as good, as on a surface of revolution; "
             "no one reflection is meant"
         )
         return GlobalSearch((), (reason,))
-    return GlobalSearch(tuple(taken), () if taken else tuple(dict.fromkeys(reasons)))
+    return GlobalSearch(_with_further(trial, taken), () if taken else tuple(dict.fromkeys(trial.reasons)))
+
+
+@dataclass(eq=False)
+class _Trial:
+    """Takes first corners of maps to dense ones, and sorts them into those that pass and reasons why not."""
+
+    coarse: Coarse
+    pairs: tuple[IntArray, IntArray]
+    k: int
+    limits: Limits
+
+    def __post_init__(self) -> None:
+        self.mended = 0
+        self.passed: list[Reflection] = []
+        self.reasons: list[str] = []
+
+    def take(self, corner: FloatArray, *, mend: bool = True, hopeless: bool = False) -> None:
+        """Refine, mend, measure; what is hopeless too, where its reasons are wanted."""
+        frame, coarse = self.coarse.frame, self.coarse
+        first = min(len(corner), self.k)
+        start = orthogonal(corner[:first, :first])
+        guess = measured(coarse, grown(coarse, start, self.k, _STEP, symmetric=True))
+        if guess.merit > _HOPELESS and not hopeless:
+            return
+        if guess.merit <= _HOPELESS and mend and self.mended < _MENDED:
+            guess = mended(coarse, guess, _STEP)
+            self.mended += 1
+        image = dense_points(coarse, guess.matrix)
+        quality = quality_of(frame, image)
+        support = support_of(frame, *self.pairs, image)
+        failures = self.limits.failures(quality, float(np.trace(guess.matrix)) / self.k, support)
+        if failures:
+            self.reasons.append(_refusal(quality, failures))
+        else:
+            self.passed.append(Reflection(image, guess.matrix, support, quality))
+
+
+def _distinct(frame: Frame, passed: list[Reflection]) -> list[Reflection]:
+    taken: list[Reflection] = []
+    best = min((found.quality.distortion for found in passed), default=0.0)
+    for found in sorted(passed, key=_merit):
+        if found.quality.distortion > 2 * best + _EXACT:
+            continue
+        if all(_agreeing_area(frame, found.point_map, other.point_map) < SHARED for other in taken):
+            taken.append(found)
+    return taken
+
+
+def _with_further(trial: _Trial, taken: list[Reflection]) -> tuple[Reflection, ...]:
+    """Look for more reflections from those found, one at a time, until none is new."""
+    quick = trial.coarse.first(QUICK[0])
+    size = min(QUICK[1], trial.k)
+    for _ in range(_MOST):
+        if not taken or taken[0].quality.distortion > _EXACT:
+            break
+        known = [found.matrix for found in taken]
+        places = [coarse_points(quick, matrix[:size, :size]) for matrix in known]
+        guesses = new_guesses(quick, known, places, size, QUICK[2])
+        if not guesses:
+            break
+        before, tried = len(taken), len(trial.passed)
+        for guess in guesses:
+            trial.take(guess.matrix, mend=False)
+        # Across the axis of a surface of revolution there is one mirror, along it arbitrarily many.
+        trial.passed[tried:] = [one for one in trial.passed[tried:] if not _arbitrary(quick, one)]
+        taken = _distinct(trial.coarse.frame, trial.passed)
+        if len(taken) <= before:
+            break
+    return tuple(taken)
+
+
+def _arbitrary(coarse: Coarse, found: Reflection) -> bool:
+    return slides(coarse, found.matrix, min(QUICK[1], len(found.matrix)), QUICK[2])
 
 
 def _merit(reflection: Reflection) -> float:
