@@ -60,7 +60,7 @@ def test_shape_that_knows_nothing_is_left_out_and_size_stands_as_it_is(name: str
     kept = 0
     for seed in range(6):
         X, y = columns(40, 1.5, 0.0, seed)
-        both = model(name, 9, 40, 0, with_size=True).fit(X, y)  # type: ignore[arg-type]
+        both = model(name, 9, 40, 0, sizes=1).fit(X, y)  # type: ignore[arg-type]
         alone = model(name, 1, 40, 0).fit(X[:, :1], y)  # type: ignore[arg-type]
         if both.weight_ == 0:
             kept += 1
@@ -72,7 +72,7 @@ def test_shape_that_knows_nothing_is_left_out_and_size_stands_as_it_is(name: str
 @pytest.mark.parametrize("name", ["logistic", "ridge"])
 def test_shape_that_knows_more_is_let_in(name: str) -> None:
     X, y = columns(60, 0.8, 2.5, 0)
-    both = model(name, 9, 60, 0, with_size=True).fit(X, y)  # type: ignore[arg-type]
+    both = model(name, 9, 60, 0, sizes=1).fit(X, y)  # type: ignore[arg-type]
     assert both.weight_ > 0.5
     fresh, truth = columns(400, 0.8, 2.5, 1)
     alone = model(name, 1, 60, 0).fit(X[:, :1], y)  # type: ignore[arg-type]
@@ -84,7 +84,7 @@ def test_shape_that_knows_more_is_let_in(name: str) -> None:
 def test_one_subject_of_a_class_leaves_size_alone() -> None:
     X, y = columns(9, 1.0, 3.0, 0)
     y[:] = [1, *[0] * 8]
-    found = model("logistic", 9, 9, 0, with_size=True).fit(X, y)
+    found = model("logistic", 9, 9, 0, sizes=1).fit(X, y)
     assert found.weight_ == 0
     assert found.predict_proba(X).sum(axis=1) == pytest.approx(1)
 
@@ -93,10 +93,10 @@ def test_a_subject_s_own_label_does_not_move_its_prediction() -> None:
     X, y = columns(18, 1.0, 1.5, 3)
     splits = splits_of(y > 0, 3, 1, np.random.default_rng(0))
     inputs = [[X] * 3]
-    before = predictions("logistic", inputs, y, splits, 0, with_size=True)
+    before = predictions("logistic", inputs, y, splits, 0, sizes=1)
     turned = y.copy()
     turned[5] = 1 - turned[5]
-    after = predictions("logistic", inputs, turned, splits, 0, with_size=True)
+    after = predictions("logistic", inputs, turned, splits, 0, sizes=1)
     assert after[0, 5] == before[0, 5]
     assert not np.allclose(after, before)
 

@@ -45,17 +45,15 @@ class Problem:
         return bool(np.isfinite(self.percent).all())
 
 
-def model(
-    name: Classifier | Regressor, inputs: int, samples: int, rng: int, *, with_size: bool = False
-) -> Any:
-    """Return a new model that scales its inputs by what it is fitted to; with size, the first input is the size.
+def model(name: Classifier | Regressor, inputs: int, samples: int, rng: int, *, sizes: int = 0) -> Any:
+    """Return a new model that scales its inputs by what it is fitted to; the first ``sizes`` inputs apart.
 
     The perceptron has one hidden layer of half as many units as inputs and classes together, sigmoids, learning rate
     0.3 and momentum 0.2 (section 5.5).
     """
-    if with_size:
+    if sizes:
         return SizeAndShape(
-            lambda columns: model(name, columns, samples, rng), classify=name in CLASSIFIERS, rng=rng
+            lambda columns: model(name, columns, samples, rng), sizes, classify=name in CLASSIFIERS, rng=rng
         )
     if name == "perceptron":
         last: Any = MLPClassifier(
@@ -102,7 +100,7 @@ def predictions(
     target: FloatArray,
     splits: Sequence[Sequence[Split]],
     rng: int,
-    with_size: bool = False,
+    sizes: int = 0,
 ) -> FloatArray:
     """(repeats, n) chance of disease, or per cent, of each subject by a model fitted without it."""
     out = np.empty((len(splits), len(target)))
@@ -116,9 +114,7 @@ def predictions(
                 if classify and len(np.unique(wanted)) < 2:
                     row[test] = wanted[0]
                     continue
-                fitted = model(name, matrix.shape[1], len(train), rng, with_size=with_size).fit(
-                    matrix[train], wanted
-                )
+                fitted = model(name, matrix.shape[1], len(train), rng, sizes=sizes).fit(matrix[train], wanted)
                 row[test] = (
                     fitted.predict_proba(matrix[test])[:, 1] if classify else fitted.predict(matrix[test])
                 )
@@ -133,12 +129,12 @@ def shuffled_scores(
     shuffles: int,
     rng: np.random.Generator,
     score: Any,
-    with_size: bool = False,
+    sizes: int = 0,
 ) -> FloatArray:
     """(shuffles,) scores of the whole procedure with the labels shuffled; the first repeat's folds."""
-    count = min(shuffles, SLOW_SHUFFLES) if with_size or name == "perceptron" else shuffles
+    count = min(shuffles, SLOW_SHUFFLES) if sizes or name == "perceptron" else shuffles
     found = np.empty(count)
     for i in range(count):
         moved = rng.permutation(target)
-        found[i] = score(predictions(name, inputs[:1], moved, splits[:1], 0, with_size), moved)
+        found[i] = score(predictions(name, inputs[:1], moved, splits[:1], 0, sizes), moved)
     return found

@@ -19,9 +19,9 @@ _SURE = 1.96
 
 
 class SizeAndShape:
-    """Late fusion of a model of the first column (size) and a model of the others (shape).
+    """Late fusion of a model of the first columns (size) and a model of the others (shape).
 
-    Each is fitted by itself: put side by side, twenty words outvote one volume by their number. The prediction is
+    Each is fitted by itself: put side by side, twenty words outvote a volume by their number. The prediction is
     (1 - w) times size's score plus w times shape's, w between 0 and 1 of least loss on training subjects held out in
     inner folds (stacking with weights that sum to 1: Wolpert 1992, Breiman 1996). Shape is let in only if the 95 %
     interval of what it takes off the held-out loss excludes 0: on a few dozen subjects a weight learned without
@@ -29,14 +29,15 @@ class SizeAndShape:
     out, and size alone is used.
     """
 
-    def __init__(self, make: Callable[[int], Any], *, classify: bool, rng: int) -> None:
+    def __init__(self, make: Callable[[int], Any], sizes: int, *, classify: bool, rng: int) -> None:
         self.make = make
+        self.sizes = sizes
         self.classify = classify
         self.rng = rng
 
     def fit(self, X: FloatArray, y: FloatArray) -> SizeAndShape:
         """Fit both models and the weight of shape."""
-        parts = X[:, :1], X[:, 1:]
+        parts = X[:, : self.sizes], X[:, self.sizes :]
         self.models_ = [self.make(part.shape[1]).fit(part, y) for part in parts]
         draws = self._draws(y)
         self.weight_ = 0.0
@@ -48,9 +49,9 @@ class SizeAndShape:
     def predict(self, X: FloatArray) -> FloatArray:
         """Return (n,) percentages, or log odds of disease."""
         size, shape = self.models_
-        found: FloatArray = self._score(size, X[:, :1])
+        found: FloatArray = self._score(size, X[:, : self.sizes])
         if self.weight_ > 0:
-            found = (1 - self.weight_) * found + self.weight_ * self._score(shape, X[:, 1:])
+            found = (1 - self.weight_) * found + self.weight_ * self._score(shape, X[:, self.sizes :])
         return found
 
     def predict_proba(self, X: FloatArray) -> FloatArray:

@@ -37,6 +37,7 @@ def baselines_of(features: Sequence[SegmentFeatures], segments: Sequence[int]) -
 
 
 def size_of(features: Sequence[SegmentFeatures]) -> FloatArray | None:
-    """(n, 1) logarithm of the cavity's volume, or None where one is unknown."""
-    size = np.array([[subject.cavity_ml] for subject in features])
-    return np.log(size) if bool(np.isfinite(size).all() and (size > 0).all()) else None
+    """(n, 1 or 2) logarithms of the cavity's volume and, where all axes are known, of its sphericity; None without."""
+    size = np.array([[subject.cavity_ml, subject.sphericity] for subject in features])
+    known = (np.isfinite(size) & (size > 0)).all(axis=0)
+    return np.log(size[:, known]) if known[0] else None

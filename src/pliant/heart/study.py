@@ -240,11 +240,12 @@ def heart_study(
     Vocabulary, scaling and model see the training subjects of a fold only. Two baselines come with every study: the
     mean curvedness of the unit (``"roughness"``) and the volume of the cavity, each alone, by logistic and linear
     regression. Shares of words know no size, so globally each method has a second line, its name and ``" and
-    size"``, by logistic or ridge regression: the volume's logarithm, to which the method's score is added with the
-    weight that does best on training subjects held out, if the 95 % interval of what it adds to size excludes 0.
-    Scores are means over repeats; intervals draw subjects within classes, and the null repeats the whole procedure
-    but for the vocabulary, which sees no labels. Least squares with 20 inputs on a few dozen subjects gives
-    sizeable r on nothing in leave-one-out and in single folds alike: read it beside its null.
+    size"``, by logistic or ridge regression: a model of the logarithms of volume and sphericity, to which the
+    method's score is added with the weight that does best on training subjects held out, if the 95 % interval of
+    what it adds to size excludes 0. Scores are means over repeats; intervals draw subjects within classes, and the
+    null repeats the whole procedure but for the vocabulary, which sees no labels. Least squares with 20 inputs on a
+    few dozen subjects gives sizeable r on nothing in leave-one-out and in single folds alike: read it beside its
+    null.
 
     About 25 s a unit for 64 subjects on one core with the perceptron, 8 s without; globally 70 s more for size.
 
@@ -315,7 +316,7 @@ class _Setup:
             if size is not None:
                 both = [[np.hstack([size, own]) for own in repeat] for repeat in inputs]
                 models: Any = (("logistic",), ("ridge",))
-                found += self._scored(problem, name + WITH_SIZE, both, splits, models, with_size=True)
+                found += self._scored(problem, name + WITH_SIZE, both, splits, models, sizes=size.shape[1])
         for name, column in baselines_of(features, problem.segments).items():
             if np.isfinite(column).all():
                 inputs = inputs_by_fold(None, column, splits)
@@ -330,13 +331,13 @@ class _Setup:
         splits: Any,
         models: tuple[tuple[Classifier, ...], tuple[Regressor, ...]],
         *,
-        with_size: bool = False,
+        sizes: int = 0,
     ) -> list[StudyRow]:
         rows = []
         for name in (*models[0], *(models[1] if problem.graded else ())):
             kind: Literal["class", "per cent"] = "class" if name in CLASSIFIERS else "per cent"
             target = problem.diseased.astype(np.float64) if kind == "class" else problem.percent
-            predicted = predictions(name, inputs, target, splits, self.seed, with_size)
+            predicted = predictions(name, inputs, target, splits, self.seed, sizes)
             measure = balanced_accuracy if kind == "class" else correlation
             null = shuffled_scores(
                 name,
@@ -346,7 +347,7 @@ class _Setup:
                 self.permutations,
                 np.random.default_rng(self.seed),
                 measure,
-                with_size,
+                sizes,
             )
             draws = score_draws(predicted, problem, kind, self.resamples, self.seed)
             score = scored(measure(predicted, target), draws, null)
