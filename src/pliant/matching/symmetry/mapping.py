@@ -173,14 +173,19 @@ def reflections(
     Notes
     -----
     Consistent sets of pairs, from several seeds and at several tolerances, give first maps by least squares
-    (landmarks exchanged, and signatures); ZoomOut with orthogonal maps on samples refines them; what
-    looks like a reflection is taken to all vertices, from coarse to fine, and measured there.
+    (landmarks exchanged, and signatures); ZoomOut with orthogonal maps on samples refines them. In a pose that is no
+    isometry that leaves a trunk turned or a limb on the wrong side; so each of the best is made smooth and its own
+    inverse (least Dirichlet energy, images and preimages together) and sharpened again, while that helps. What looks
+    like a reflection is taken to all vertices, from coarse to fine, and measured there. Where the first is nearly
+    exact, further ones are sought from it: with other signs, turned within a repeated eigenvalue, and carried along by
+    one another.
 
     Cost: some seconds, mostly proportional to the vertices.
 
     References
     ----------
-    Dissertation, section 4.3; S. Melzi et al., ZoomOut, 2019.
+    Dissertation, section 4.3; S. Melzi et al., ZoomOut, 2019; D. Ezuz, J. Solomon, M. Ben-Chen,
+    Reversible harmonic maps between discrete surfaces, 2019.
 
     Examples
     --------
