@@ -39,13 +39,14 @@ def _run(bench: Bench) -> Findings:
                 hits.mean(axis=1),
             )
         )
-        near = np.full(n, np.nan)
-        for v in drawn[0]:
-            near[
-                np.linalg.norm(body.mesh.vertices - body.mesh.vertices[v], axis=1)
-                < 0.03 * np.sqrt(body.mesh.area)
-            ] = 1
-        shown = surface_figure(body.mesh, near, views=("front", "left"), up="y", colour_bar_label="sample")
+        order = np.full(n, np.nan)
+        for place, v in reversed(list(enumerate(drawn[0], start=1))):
+            away = np.linalg.norm(body.mesh.vertices - body.mesh.vertices[v], axis=1)
+            order[away < 0.03 * np.sqrt(body.mesh.area)] = place
+        shown = surface_figure(
+            body.mesh, order, views=("front", "left"), up="y", colour_map="plasma", limits=(1, SAMPLES),
+            colour_bar_label="order of the sample",
+        )  # fmt: skip
         bench.figure(shown, f"{SAMPLES} samples on a synthetic human, pose {pose!r}, from a random first one")
     area = [float(body.mesh.vertex_areas[np.any([np.isin(body.parts, [body.part_names.index(x) for x in names])
             for names in ENDS], axis=0)].sum() / body.mesh.area) for body in bodies.values()]  # fmt: skip

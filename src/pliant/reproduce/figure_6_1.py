@@ -23,7 +23,11 @@ def _run(bench: Bench) -> Findings:
     for place in np.linspace(len(order) - 1, 0, min(_SHOWN, len(order))).astype(int):
         i = int(order[place])
         drawn = match_figure(
-            pairs[i].picture1, pairs[i].picture2, matches[i], truth=(pairs[i].box1, pairs[i].box2)
+            pairs[i].picture1,
+            pairs[i].picture2,
+            matches[i],
+            truth=(pairs[i].box1, pairs[i].box2),
+            title=pairs[i].name,
         )
         bench.figure(drawn, f"{pairs[i].name}: {100 * right[i]:.0f} % of the nearest matches are right")
     mean, most = float(right.mean()), float((right >= 0.5).mean())

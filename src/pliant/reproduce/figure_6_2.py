@@ -61,7 +61,14 @@ def _draw(bench: Bench, pairs: list[ImagePair], i: int) -> None:
     pair = pairs[i]
     for name, said in {**OTHERS, "proposed": "the proposed method"}.items():
         match = METHODS[name](pair.picture1, pair.picture2, rng=bench.seed)
-        drawn = match_figure(pair.picture1, pair.picture2, match, truth=(pair.box1, pair.box2), most=30)
+        drawn = match_figure(
+            pair.picture1,
+            pair.picture2,
+            match,
+            truth=(pair.box1, pair.box2),
+            most=30,
+            title=f"{pair.name}: {said}",
+        )
         bench.figure(drawn, f"{pair.name} by {said}; true boxes dashed")
 
 
