@@ -34,5 +34,6 @@ for step, settings in found.steps.items():
     print(f"{step}: {', '.join(f'{name} {value}' for name, value in settings.items())}")
 print(found.cautions or "no cautions")
 print(
-    f"cavity {found.features.cavity_ml:.1f} ml, mean roughness {np.nanmean(found.features.roughness[1:]):.3f} per mm"
+    f"cavity {found.features.cavity_ml:.1f} ml, sphericity {found.features.sphericity:.2f}, "
+    f"mean roughness {np.nanmean(found.features.roughness[1:]):.3f} per mm"
 )

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -123,6 +125,20 @@ def test_the_global_study_has_a_line_with_size_and_the_others_have_not() -> None
         heart_study(
             hearts, diseased=ill, methods={"bag": BagOfFeatures(5), "bag and size": BagOfFeatures(5)}, **FAST
         )
+
+
+def test_a_heart_that_rounds_at_the_same_volume_is_told_by_its_sphericity() -> None:
+    hearts, ill = subjects(24, 0.0, 0.0)
+    rng = np.random.default_rng(5)
+    axes = 90 * np.exp(0.05 * rng.normal(size=24) - 0.2 * ill)
+    rounded = [replace(heart, axis_mm=axis) for heart, axis in zip(hearts, axes, strict=True)]
+    found = heart_study(rounded, diseased=ill, methods={"bag": BagOfFeatures(5)}, **FAST)
+    size, volume = (found.row("all", name, "logistic") for name in ("volume and sphericity", "cavity volume"))
+    assert size.auc > volume.auc + 0.2
+    assert found.row("all", "bag and size", "logistic").auc == pytest.approx(size.auc, abs=0.1)
+    # Without an axis of every heart there is volume only.
+    partly = heart_study([hearts[0], *rounded[1:]], diseased=ill, methods={"bag": BagOfFeatures(5)}, **FAST)
+    assert "volume and sphericity" not in {row.method for row in partly.rows}
 
 
 def test_an_open_surface_has_no_size_to_add() -> None:

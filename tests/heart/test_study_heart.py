@@ -255,6 +255,7 @@ def test_report_writes_one_page_that_says_what_it_is_not(tmp_path: Path) -> None
     assert "not a medical device" in page
     assert not re.findall(r"(?:src|href)=\"(?!data:)[^\"]+|url\(", page)
     assert page.count("data:image/png") == 4
+    assert f"sphericity {json.loads(done.stdout)['sphericity']:.2f}" in page
     for step in ("volume", "blood pool", "surface", "segments", "features"):
         assert f"{step}: " in page
     steps = json.loads((tmp_path / "out" / "steps.json").read_text(encoding="utf-8"))
@@ -269,7 +270,9 @@ def test_commands_for_meshes(folder: Path, tmp_path: Path) -> None:
         app, ["heart", "segments", mesh, "-o", str(tmp_path / "s.csv"), "--landmarks", marks, "--json"]
     )
     assert done.exit_code == 0, done.output
-    assert json.loads(done.stdout)["confidence"] == 1.0
+    said = json.loads(done.stdout)
+    assert said["confidence"] == 1.0
+    assert len(said["vertices_of_segments"]) == 18
     truth = np.loadtxt(folder / "p000.segments.csv", delimiter=",", skiprows=1, dtype=int)
     mine = np.loadtxt(tmp_path / "s.csv", delimiter=",", skiprows=1, dtype=int)
     assert (truth.reshape(len(mine), -1)[:, -1] == mine[:, 1]).mean() > 0.97
@@ -310,7 +313,13 @@ def test_study_command_leaves_tables(folder: Path, tmp_path: Path) -> None:
     found = json.loads(done.stdout)
     assert list(found["left_out"]) == ["bad"]
     assert (tmp_path / "global.csv").read_text(encoding="utf-8").startswith("unit,method,model")
-    methods = {"bag of features", "bag of features and size", "roughness", "cavity volume"}
+    methods = {
+        "bag of features",
+        "bag of features and size",
+        "roughness",
+        "cavity volume",
+        "volume and sphericity",
+    }
     assert {row["method"] for row in found["rows"]} == methods
 
 

@@ -136,7 +136,8 @@ def describe(
     facts = {
         "points": len(features.values), "missing": features.n_missing,
         "roughness_per_mm": round(features.roughness[0], 4),
-        "cavity_ml": _number(features.cavity_ml), "cautions": list(found.cautions), "written": str(out),
+        "cavity_ml": _number(features.cavity_ml), "axis_mm": round(features.axis_mm, 1),
+        "sphericity": _number(features.sphericity), "cautions": list(found.cautions), "written": str(out),
     }  # fmt: skip
     _show("Ventricle", facts, as_json)
 
@@ -185,8 +186,9 @@ def report(
         save_mask(found.mask, found.volume, out / "blood_pool.nii.gz")
         written.append("blood_pool.nii.gz")
     facts = {
-        "cavity_ml": _number(found.features.cavity_ml), "axis_mm": round(found.frame.length, 1),
-        "cautions": list(found.cautions), "written": [str(out / name) for name in written],
+        "cavity_ml": _number(found.features.cavity_ml), "axis_mm": round(found.features.axis_mm, 1),
+        "sphericity": _number(found.features.sphericity), "cautions": list(found.cautions),
+        "written": [str(out / name) for name in written],
     }  # fmt: skip
     _show("Left ventricle (research software, not a medical device)", facts, as_json)
 

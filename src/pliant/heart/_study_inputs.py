@@ -11,6 +11,8 @@ from .features import SegmentFeatures
 
 #: What every method has to beat: one number a subject.
 BASELINES = ("roughness", "cavity volume")
+#: Globally a line of its own, where all axes are known.
+SIZE = "volume and sphericity"
 #: What is added to a method's name where size goes in with it.
 WITH_SIZE = " and size"
 # Points a subject that go into a bag: section 5.4 takes 500 a segment and 2,000 a territory.

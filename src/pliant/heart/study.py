@@ -35,7 +35,7 @@ from ._scores import (
     score_draws,
     scored,
 )
-from ._study_inputs import BASELINES, POINTS, WITH_SIZE, bags_of, baselines_of, size_of
+from ._study_inputs import BASELINES, POINTS, SIZE, WITH_SIZE, bags_of, baselines_of, size_of
 from .bag import BagOfFeatures
 from .features import SegmentFeatures
 
@@ -242,10 +242,10 @@ def heart_study(
     regression. Shares of words know no size, so globally each method has a second line, its name and ``" and
     size"``, by logistic or ridge regression: a model of the logarithms of volume and sphericity, to which the
     method's score is added with the weight that does best on training subjects held out, if the 95 % interval of
-    what it adds to size excludes 0. Scores are means over repeats; intervals draw subjects within classes, and the
-    null repeats the whole procedure but for the vocabulary, which sees no labels. Least squares with 20 inputs on a
-    few dozen subjects gives sizeable r on nothing in leave-one-out and in single folds alike: read it beside its
-    null.
+    what it adds to size excludes 0; and that model is a line of its own. Scores are means over repeats; intervals
+    draw subjects within classes, and the null repeats the whole procedure but for the vocabulary, which sees no
+    labels. Least squares with 20 inputs on a few dozen subjects gives sizeable r on nothing in leave-one-out and in
+    single folds alike: read it beside its null.
 
     About 25 s a unit for 64 subjects on one core with the perceptron, 8 s without; globally 70 s more for size.
 
@@ -270,7 +270,7 @@ def heart_study(
     problems = problems_of(len(features), stenosis, diseased, scenario, threshold)
     refuse_options(classifiers, regressors, permutations, repeats, folds)
     used: Mapping[str, Any] = methods or {"bag of features": BagOfFeatures(rng=rng)}
-    taken = set(used) & {*BASELINES, *(f"{name}{WITH_SIZE}" for name in used)}
+    taken = set(used) & {*BASELINES, SIZE, *(f"{name}{WITH_SIZE}" for name in used)}
     if taken:
         message = f"methods may not be named as a baseline is: {', '.join(sorted(taken))}"
         raise InputError(message)
@@ -317,7 +317,10 @@ class _Setup:
                 both = [[np.hstack([size, own]) for own in repeat] for repeat in inputs]
                 models: Any = (("logistic",), ("ridge",))
                 found += self._scored(problem, name + WITH_SIZE, both, splits, models, sizes=size.shape[1])
-        for name, column in baselines_of(features, problem.segments).items():
+        baselines = baselines_of(features, problem.segments)
+        if size is not None and size.shape[1] == 2:
+            baselines[SIZE] = size
+        for name, column in baselines.items():
             if np.isfinite(column).all():
                 inputs = inputs_by_fold(None, column, splits)
                 found += self._scored(problem, name, inputs, splits, (("logistic",), ("linear",)))

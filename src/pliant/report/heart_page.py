@@ -162,5 +162,6 @@ def _table(description: HeartDescription) -> str:
         for s in range(1, 18)
     )
     axis, mean = description.frame.length, features.roughness[0]
-    whole = f"<p>Cavity {cavity}; long axis {axis:.1f} mm; mean roughness {mean:.3f} per mm.</p>"
+    ball = "" if np.isnan(features.sphericity) else f"; sphericity {features.sphericity:.2f}"
+    whole = f"<p>Cavity {cavity}; long axis {axis:.1f} mm{ball}; mean roughness {mean:.3f} per mm.</p>"
     return f'{whole}<table class="numbers"><thead><tr>{head}</tr></thead><tbody>{rows}</tbody></table>'
