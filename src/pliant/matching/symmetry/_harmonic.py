@@ -39,7 +39,7 @@ def harmonic_points(coarse: Coarse, points: IntArray) -> IntArray:
     for _ in range(_ROUNDS):
         # From the image of a sample, and from the samples whose image it is.
         both = sp.csr_array((weights, (rows, points)), shape=(len(rows),) * 2)
-        pulled = both @ embedding + both.T @ embedding
+        pulled: FloatArray = np.asarray(both @ embedding + both.T @ embedding)
         total = weights + np.bincount(points, weights=weights, minlength=len(points))
         system = (coarse.basis * total[:, None]).T @ coarse.basis + np.diag(_STIFFNESS * scaled)
         places = coarse.basis @ np.linalg.solve(system, coarse.basis.T @ pulled)
