@@ -87,5 +87,9 @@ def test_measurements_are_of_what_they_say(capsys: pytest.CaptureFixture[str]) -
     contours = heart_segmentation.level_set_row(50, steps=(30,))
     assert contours[0]["dice"] > 0.9
     assert contours[1]["ratio"] == pytest.approx(contours[1]["seconds"] / contours[0]["seconds"])
+    good = contours[-1]
+    assert good["what"] == "pliant region, as good"
+    assert contours[0]["steps"] >= good["steps"]
+    assert good["dice"] >= min(contours[1]["dice"], contours[0]["dice"])
     assert main(["bench", "segmentation", "--tables", "speed"]) == 2
     assert "no table speed" in " ".join(capsys.readouterr().err.split())

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import time
 import warnings
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any, Literal
 
@@ -80,7 +81,8 @@ def level_set_row(
     """Time the region level set and SimpleITK's geodesic active contour: one image, one start, one thread each.
 
     Seconds are processor time, all preparation included; the contour is run for several numbers of steps, since its own
-    rule for stopping does not hold on noise.
+    rule for stopping does not hold on noise. Last comes the region level set stopped as soon as its overlap is the
+    contour's after the first of these numbers: the two at equal overlap.
     """
     spacing = 160 / size
     heart = heart_phantom(spacing=spacing, mesh_step=4.0, rng=rng)
@@ -104,6 +106,7 @@ def level_set_row(
     for most in steps:
         begun = time.process_time()
         rows.append(_timed("SimpleITK contour", most, begun, _contour(image, start, spacing, most), truth))
+    rows.append(_as_good(ours, rows[1]["dice"], truth, rows[0]))
     for row in rows:
         row["ratio"] = row["seconds"] / rows[0]["seconds"]
     return rows
@@ -141,6 +144,21 @@ def time_row(size: int = 256, *, rng: int = 1) -> Row:
         "seconds": seconds,
         "dice": volume_overlap(found.mask, heart.mask, measure="dice"),
     }
+
+
+def _as_good(ours: Callable[[int], Any], overlap: float, truth: Any, at_rest: Row) -> Row:
+    """Time the fewest steps, in sixes, after which an overlap is reached; at rest where it never is."""
+    low, high = 0, -(-at_rest["steps"] // 6)
+    best = {**at_rest, "what": "pliant region, as good"}
+    while high - low > 1:
+        middle = (low + high) // 2
+        begun = time.process_time()
+        row = _timed("pliant region, as good", 6 * middle, begun, ours(6 * middle).mask, truth)
+        if row["dice"] >= overlap:
+            best, high = row, middle
+        else:
+            low = middle
+    return best
 
 
 def _contour(image: Any, start: Any, spacing: float, most: int) -> Any:
