@@ -285,7 +285,9 @@ class _Trial:
         guess = measured(coarse, grown(coarse, start, self.k, _STEP, symmetric=True))
         if guess.merit > _HOPELESS and not hopeless:
             return
-        if guess.merit <= _HOPELESS and mend and self.mended < _MENDED:
+        # What is wrong as a whole would only look right: distances would agree, points would not.
+        whole = guess.merit <= _HOPELESS and guess.distortion <= self.limits.distortion
+        if whole and mend and self.mended < _MENDED:
             guess = mended(coarse, guess, _STEP)
             self.mended += 1
         image = dense_points(coarse, guess.matrix)
