@@ -50,8 +50,25 @@ def test_the_report_works_without_an_error(browser, report):
         browser.get(report.as_uri())
         wide = browser.execute_script("return document.documentElement.scrollWidth - window.innerWidth")
         assert wide <= 0, f"scrolls sideways at {width} px"
+    # By keyboard: past the verdicts with the first link, the folded table and the surface with Enter.
+    from selenium.webdriver.common.keys import Keys
+
+    def active(key):
+        browser.switch_to.active_element.send_keys(key)
+        return browser.switch_to.active_element
+
+    assert active(Keys.TAB).get_attribute("class") == "skip"
+    summary = browser.find_element(By.CSS_SELECTOR, "details summary")
+    assert not browser.find_element(By.CSS_SELECTOR, "details").get_attribute("open")
+    browser.execute_script("arguments[0].focus()", summary)
+    summary.send_keys(Keys.ENTER)
+    assert browser.find_element(By.CSS_SELECTOR, "details").get_attribute("open")
+    labels = browser.find_elements(By.CSS_SELECTOR, "details td[data-label='interval']")
+    right = browser.execute_script("return document.documentElement.clientWidth")
+    assert all(box.rect["x"] + box.rect["width"] <= right for box in labels)
     button = browser.find_element(By.CSS_SELECTOR, "button[data-surface]")
-    browser.execute_script("arguments[0].click()", button)
+    browser.execute_script("arguments[0].focus()", button)
+    button.send_keys(Keys.ENTER)
     frame = browser.find_element(By.TAG_NAME, "iframe")
     browser.switch_to.frame(frame)
     WebDriverWait(browser, 20).until(

@@ -25,6 +25,12 @@ if TYPE_CHECKING:
 __all__ = ["write_report"]
 
 TITLE = "The dissertation, measured again"
+_PLURALS = {
+    "holds": "hold",
+    "holds partly": "hold partly",
+    "does not hold": "do not hold",
+    "not tested": "not tested",
+}
 _CLASSES = {"holds": "holds", "holds partly": "partly", "does not hold": "fails", "not tested": "none"}
 
 
@@ -99,7 +105,11 @@ def _html(place: Path, outcomes: Sequence[Outcome], quick: bool, data: bool) -> 
     parts = {
         "title": TITLE,
         "notes": escape(notes),
-        "tally": "".join(f"<li>{_badge(v, f'{counts[v]} {v}')}</li>" for v in VERDICTS if counts[v]),
+        "tally": "".join(
+            f"<li>{_badge(v, f'{counts[v]} {v if counts[v] == 1 else _PLURALS[v]}')}</li>"
+            for v in VERDICTS
+            if counts[v]
+        ),
         "verdicts": "\n".join(_verdict_line(outcome) for outcome in outcomes),
         "sections": "\n".join(sections),
         "settings": "".join(_fact(name, value) for name, value in settings.items()),
