@@ -105,6 +105,17 @@ class FeatureStore:
         """Describe an outline drawing of a picture, unless that is done; return why it cannot be."""
         return self._described("drawing", item)
 
+    def describe_and_draw(self, item: tuple[Path, str]) -> str:
+        """Do both, in one process; return why the picture cannot be described."""
+        why = self.describe(item)
+        if not why:
+            self.draw(item)
+        return why
+
+    def is_drawn(self, digest: str) -> bool:
+        """Tell whether an outline drawing of a picture is described."""
+        return _sound(self._path("drawing", digest))
+
     def _described(self, kind: str, item: tuple[Path, str]) -> str:
         path, digest = item
         kept = self._path(kind, digest)

@@ -164,7 +164,7 @@ def train_retrieval(
     workers = Workers(n_jobs, scheduler, progress)
     with opened_store(cache, points) as store:
         chosen = _drawn(collection.labels, train_per_class, generator)
-        left_out = prepared(collection, chosen, store, workers)
+        left_out = prepared(collection, chosen, store, workers, drawings=drawings)
         kept = np.array([i for i in chosen if i not in left_out], dtype=np.int64)
         _check_classes(collection.labels[kept], left_out, collection)
         seed = _seed(generator)
@@ -200,19 +200,22 @@ def opened_store(cache: Folder | None, points: int) -> Iterator[FeatureStore]:
 
 
 def prepared(
-    collection: Collection, chosen: IntArray, store: FeatureStore, workers: Workers
+    collection: Collection, chosen: IntArray, store: FeatureStore, workers: Workers, *, drawings: bool = False
 ) -> dict[int, str]:
-    """Describe the chosen pictures; return why some cannot be, by their number."""
+    """Describe the chosen pictures, and drawings of them; return why some cannot be, by their number."""
     items = [(collection.paths[i], collection.digests[i]) for i in chosen]
-    said = workers.map(store.describe, items, "describing pictures")
+    work = store.describe_and_draw if drawings else store.describe
+    said = workers.map(work, items, "describing pictures")
     return {int(i): why for i, why in zip(chosen, said, strict=True) if why}
 
 
 def drawn_too(collection: Collection, kept: IntArray, store: FeatureStore, workers: Workers) -> IntArray:
     """Describe an outline drawing of each picture; return those of which one can be drawn."""
-    items = [(collection.paths[i], collection.digests[i]) for i in kept]
-    said = workers.map(store.draw, items, "drawing outlines")
-    return np.array([i for i, why in zip(kept, said, strict=True) if not why], dtype=np.int64)
+    waiting = [i for i in kept if not store.is_drawn(collection.digests[i])]
+    items = [(collection.paths[i], collection.digests[i]) for i in waiting]
+    said = workers.map(store.draw, items, "drawing outlines") if items else []
+    blank = {i for i, why in zip(waiting, said, strict=True) if why}
+    return np.array([i for i in kept if i not in blank], dtype=np.int64)
 
 
 @dataclass(frozen=True, eq=False)
