@@ -12,6 +12,8 @@ from pliant.cli import main
 from pliant.reproduce import Experiment, Findings, Row, experiments, reproduce
 from pliant.reproduce import run as running
 from pliant.reproduce._closure import closure
+from pliant.reproduce._pairs import LOOKS, image_pairs
+from pliant.reproduce.bench import Bench
 from pliant.reproduce.findings import row_of
 
 FAST = "figure-3.4"
@@ -176,6 +178,25 @@ def test_rows_carry_no_nan_and_students_interval():
     # t(0.975, 2) = 4.3027, standard error 1 / sqrt(3)
     np.testing.assert_allclose([row.low, row.high], [2 - 4.302653 / 3**0.5, 2 + 4.302653 / 3**0.5], rtol=1e-6)
     assert row_of("x", 1.0, [3.0]).low is None
+
+
+def test_pairs_without_data_share_a_part_and_their_boxes_correspond(tmp_path):
+    pairs, said = image_pairs(Bench("x", tmp_path, quick=True))
+    assert "synthetic" in said
+    assert {pair.kind for pair in pairs} == set(LOOKS)
+    for pair in pairs:
+        for corner in (slice(0, 2), slice(2, 4)):
+            carried = pair.homography @ [*pair.box1[corner], 1.0]
+            np.testing.assert_allclose(carried[:2], pair.box2[corner], atol=1e-9)
+        areas = [float(np.prod(box[2:] - box[:2])) for box in (pair.box1, pair.box2)]
+        sizes = [float(np.prod(picture.size)) for picture in (pair.picture1, pair.picture2)]
+        assert 0.2 < sum(areas) / sum(sizes) < 0.97  # the whole is not the answer
+    seen = next(pair for pair in pairs if pair.kind == "occlusion")
+    parts = [
+        picture.colour[int(box[1]) : int(box[3]), int(box[0]) : int(box[2])].astype(int)
+        for picture, box in ((seen.picture1, seen.box1), (seen.picture2, seen.box2))
+    ]
+    assert (np.abs(parts[0] - parts[1]).max(axis=2) < 3).mean() > 0.5  # but for what is hidden, the same
 
 
 def test_the_command_writes_a_report_and_speaks_json(tmp_path, capsys, monkeypatch):
