@@ -188,6 +188,11 @@ def test_pairs_without_data_share_a_part_and_their_boxes_correspond(tmp_path):
         for corner in (slice(0, 2), slice(2, 4)):
             carried = pair.homography @ [*pair.box1[corner], 1.0]
             np.testing.assert_allclose(carried[:2], pair.box2[corner], atol=1e-9)
+        # All of the first picture, carried to the second and cut at its edges, is what they share.
+        first = (pair.homography @ [0.0, 0.0, 1.0])[:2]
+        last = (pair.homography @ [*pair.picture1.size, 1.0])[:2]
+        shared = np.r_[np.maximum(first, 0), np.minimum(last, pair.picture2.size)]
+        np.testing.assert_allclose(pair.box2, shared, atol=1e-9)
         areas = [float(np.prod(box[2:] - box[:2])) for box in (pair.box1, pair.box2)]
         sizes = [float(np.prod(picture.size)) for picture in (pair.picture1, pair.picture2)]
         assert 0.2 < sum(areas) / sum(sizes) < 0.97  # the whole is not the answer
