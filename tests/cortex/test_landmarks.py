@@ -65,6 +65,9 @@ def test_files(tmp_path: Path) -> None:
         path.write_text(text)
         with pytest.raises(InputError, match=problem):
             read_landmarks(path, ball)
+    path.write_bytes(b"vertex\n\x80\x81\n")
+    with pytest.raises(FileFormatError, match="not a table that can be read"):
+        read_landmarks(path, ball)
     with pytest.raises(FileFormatError, match="read from"):
         read_landmarks(tmp_path / "sites.txt", ball)
     (tmp_path / "bad.annot").write_bytes(b"nothing of the kind")

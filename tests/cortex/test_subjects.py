@@ -77,3 +77,16 @@ def test_maps_are_read_as_nibabel_writes_them(tmp_path: Path) -> None:
     for name in ("short", "bad.gz"):
         with pytest.raises(FileFormatError, match="cut short"):
             read_map(tmp_path / name, 7)
+
+
+@pytest.mark.parametrize("content", [b"\xff\xfe\x00\x01subject,mesh", b"subject,mesh\n\x80\x81,a.ply\n"])
+def test_a_binary_file_is_no_table(tmp_path: Path, content: bytes) -> None:
+    table = tmp_path / "cohort.csv"
+    table.write_bytes(content)
+    with pytest.raises(FileFormatError, match="not a table that can be read"):
+        read_cohort(table)
+    (tmp_path / "people" / "a" / "surf").mkdir(parents=True)
+    touch(tmp_path / "people/a/surf/lh.white")
+    (tmp_path / "people/participants.tsv").write_bytes(content)
+    with pytest.raises(FileFormatError, match=r"participants\.tsv"):
+        read_cohort(tmp_path / "people")

@@ -211,7 +211,7 @@ def test_tables_that_cannot_be_read_say_why(tmp_path: Path, text: str, match: st
 def test_files_that_are_no_tables_say_so(tmp_path: Path) -> None:
     (tmp_path / "mesh.ply").write_bytes(bytes(range(200, 256)))
     for path in (tmp_path / "mesh.ply", tmp_path, tmp_path / "none.csv"):
-        with pytest.raises(FileFormatError, match="CSV file in UTF-8"):
+        with pytest.raises(FileFormatError, match="text file in UTF-8"):
             read_heart_cohort(path)
 
 

@@ -10,6 +10,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from .._tables import table_rows
 from ..errors import FileFormatError
 
 if TYPE_CHECKING:
@@ -68,8 +69,7 @@ def write_all(out: Path, found: Findings, settings: dict[str, Any]) -> list[Path
 def read_deviations(folder: Path) -> dict[str, float]:
     """Read the deviation of every site from a folder that the command wrote."""
     path = folder / "sites.csv"
-    with path.open(newline="", encoding="utf-8") as lines:
-        rows = list(csv.DictReader(lines))
+    rows = table_rows(path)
     if not rows or not {"site", "mad"} <= set(rows[0]):
         message = f"{path}: not a table of sites that pliant cortex wrote"
         raise FileFormatError(message)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 import gzip
 import tempfile
 from collections.abc import Sequence
@@ -16,6 +15,7 @@ from scipy.sparse.csgraph import connected_components, dijkstra
 from scipy.spatial import cKDTree
 
 from .._arrays import FloatArray, IntArray, as_floats, as_indices, frozen, vertex_indices
+from .._tables import table_rows
 from ..errors import FileFormatError, InputError, first_indices
 from ..mesh import Mesh
 
@@ -234,8 +234,7 @@ def read_landmarks(path: str | Path, mesh: Mesh) -> Landmarks:
     if path.suffix.lower() != ".csv":
         message = f"{path}: landmarks are read from .csv, .annot, .annot.gz and .label.gii"
         raise FileFormatError(message)
-    with path.open(newline="", encoding="utf-8-sig") as lines:
-        rows = list(csv.DictReader(lines))
+    rows = table_rows(path)
     columns = set(rows[0]) if rows else set()
     named = [row["name"] for row in rows] if "name" in columns else None
     try:

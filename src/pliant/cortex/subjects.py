@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 import gzip
 import os
 import re
@@ -13,6 +12,7 @@ from pathlib import Path
 import numpy as np
 
 from .._arrays import FloatArray, vertex_values
+from .._tables import table_rows
 from ..datasets import Hemisphere
 from ..errors import FileFormatError, InputError
 from ..mesh import load_arrays
@@ -180,8 +180,7 @@ def _freesurfer_map(path: Path) -> FloatArray:
 
 
 def _from_table(path: Path) -> list[Subject]:
-    with path.open(newline="", encoding="utf-8-sig") as lines:
-        rows = list(csv.DictReader(lines))
+    rows = table_rows(path)
     missing = {"subject", "mesh"} - set(rows[0] if rows else ())
     if missing:
         message = (
@@ -191,9 +190,7 @@ def _from_table(path: Path) -> list[Subject]:
     return [_from_row(path, i, row) for i, row in enumerate(rows)]
 
 
-def _from_row(path: Path, i: int, row: dict[str, str | None]) -> Subject:
-    # A row longer than the header has a list under the key None.
-    cells = {key: (value or "").strip() for key, value in row.items() if not isinstance(value, list)}
+def _from_row(path: Path, i: int, cells: dict[str, str]) -> Subject:
     if not cells.get("mesh"):
         message = f"{path}: row {i + 1} names no mesh"
         raise FileFormatError(message)
@@ -266,9 +263,6 @@ def _bids(path: Path, name: str, surface: str, groups: dict[str, str]) -> Subjec
 def _groups(folder: Path) -> dict[str, str]:
     for table in (folder / "participants.tsv", folder.parent / "participants.tsv"):
         if table.is_file():
-            with table.open(newline="", encoding="utf-8-sig") as lines:
-                rows = list(csv.DictReader(lines, delimiter="\t"))
-            return {
-                str(row.get("participant_id")): (row.get("group") or "").replace("n/a", "") for row in rows
-            }
+            rows = table_rows(table, delimiter="\t")
+            return {row.get("participant_id", ""): row.get("group", "").replace("n/a", "") for row in rows}
     return {}

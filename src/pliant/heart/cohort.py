@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 import hashlib
 import json
 import os
@@ -19,6 +18,7 @@ import numpy as np
 from .. import __version__
 from .._arrays import FloatArray, as_floats
 from .._processes import process_map
+from .._tables import table_rows
 from ..cluster import Scheduler, map_ordered
 from ..errors import FileFormatError, InputError, PliantError
 from ..mesh import load_arrays, load_mesh, save_arrays
@@ -214,12 +214,7 @@ def read_heart_cohort(path: str | os.PathLike[str]) -> tuple[HeartSubject, ...]:
     1.0
     """
     path = Path(path)
-    try:
-        with path.open(newline="", encoding="utf-8-sig") as lines:
-            rows = [{k: (v or "").strip() for k, v in row.items() if k} for row in csv.DictReader(lines)]
-    except (OSError, UnicodeDecodeError, csv.Error) as error:
-        message = f"{path}: not a table that can be read, a CSV file in UTF-8 is needed ({error})"
-        raise FileFormatError(message) from error
+    rows = table_rows(path)
     if not rows or "subject" not in rows[0] or not {"mesh", "volume"} & set(rows[0]):
         message = f"{path}: needs a row and the columns subject and mesh or volume"
         raise FileFormatError(message)
