@@ -6,6 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from .._arrays import FloatArray
 from ..evaluate import symmetry_noise
 from ..matching.symmetry import Symmetry, detect_symmetries
 from ..mesh import Mesh, shapes
@@ -23,19 +24,7 @@ def _run(bench: Bench) -> Findings:
     n = 2000 if bench.quick else 6000
     sigmas = (0.2, 0.4, 1.0) if bench.quick else SIGMAS
     draws = 1 if bench.quick else 2
-    changes, errors = [], []
-    for figure in (shapes.human(n), shapes.quadruped(n)):
-        for draw in range(draws):
-            seen: list[float] = []
-
-            def detect(mesh: Mesh) -> Sequence[Symmetry]:
-                found = detect_symmetries(mesh, parts=False).symmetries
-                seen.append(mirror_error(mesh, figure.symmetry, found))  # noqa: B023 (called within this round)
-                return found
-
-            changes.append(symmetry_noise(figure.mesh, detect, sigmas=sigmas, rng=bench.seed + draw))
-            errors.append(seen[1:])
-    change, error = np.array(changes), np.array(errors)
+    change, error = _measured(n, sigmas, draws, bench.seed)
     right = np.nan_to_num(error, nan=np.inf) < _FOUND
     rows: list[Row] = []
     for i, sigma in enumerate(sigmas):
@@ -82,6 +71,23 @@ def _run(bench: Bench) -> Findings:
         tuple(rows),
         {"eigenfunctions compared": 20, "samples": 100},
     )
+
+
+def _measured(n: int, sigmas: Sequence[float], draws: int, seed: int) -> tuple[FloatArray, FloatArray]:
+    """(shapes and draws, sigmas) changes of the mirror's map, and its errors; NaN where none is found."""
+    changes, errors = [], []
+    for figure in (shapes.human(n), shapes.quadruped(n)):
+        for draw in range(draws):
+            seen: list[float] = []
+
+            def detect(mesh: Mesh) -> Sequence[Symmetry]:
+                found = detect_symmetries(mesh, parts=False).symmetries
+                seen.append(mirror_error(mesh, figure.symmetry, found))  # noqa: B023 (called within this round)
+                return found
+
+            changes.append(symmetry_noise(figure.mesh, detect, sigmas=sigmas, rng=seed + draw))
+            errors.append(seen[1:])
+    return np.array(changes), np.array(errors)
 
 
 EXPERIMENT = Experiment(
