@@ -263,6 +263,14 @@ def _judged(
     return GlobalSearch(_with_further(trial, taken), () if taken else tuple(dict.fromkeys(trial.reasons)))
 
 
+@dataclass(frozen=True, eq=False)
+class _Passed:
+    """A reflection, and how bad it is on the samples and on all vertices together: each alone took worse ones."""
+
+    reflection: Reflection
+    merit: float
+
+
 @dataclass(eq=False)
 class _Trial:
     """Takes first corners of maps to dense ones, and sorts them into those that pass and reasons why not."""
@@ -274,7 +282,7 @@ class _Trial:
 
     def __post_init__(self) -> None:
         self.mended = 0
-        self.passed: list[Reflection] = []
+        self.passed: list[_Passed] = []
         self.reasons: list[str] = []
 
     def take(self, corner: FloatArray, *, mend: bool = True, hopeless: bool = False) -> None:
@@ -297,13 +305,14 @@ class _Trial:
         if failures:
             self.reasons.append(_refusal(quality, failures))
         else:
-            self.passed.append(Reflection(image, guess.matrix, support, quality))
+            merit = guess.merit + _merit(quality)
+            self.passed.append(_Passed(Reflection(image, guess.matrix, support, quality), merit))
 
 
-def _distinct(frame: Frame, passed: list[Reflection]) -> list[Reflection]:
+def _distinct(frame: Frame, passed: list[_Passed]) -> list[Reflection]:
     taken: list[Reflection] = []
-    best = min((found.quality.distortion for found in passed), default=0.0)
-    for found in sorted(passed, key=_merit):
+    best = min((one.reflection.quality.distortion for one in passed), default=0.0)
+    for found in (one.reflection for one in sorted(passed, key=lambda one: one.merit)):
         if found.quality.distortion > 2 * best + _EXACT:
             continue
         if all(_agreeing_area(frame, found.point_map, other.point_map) < SHARED for other in taken):
@@ -327,7 +336,7 @@ def _with_further(trial: _Trial, taken: list[Reflection]) -> tuple[Reflection, .
         for guess in guesses:
             trial.take(guess.matrix, mend=False)
         # Across the axis of a surface of revolution there is one mirror, along it arbitrarily many.
-        trial.passed[tried:] = [one for one in trial.passed[tried:] if not _arbitrary(quick, one)]
+        trial.passed[tried:] = [one for one in trial.passed[tried:] if not _arbitrary(quick, one.reflection)]
         taken = _distinct(trial.coarse.frame, trial.passed)
         if len(taken) <= before:
             break
@@ -338,8 +347,7 @@ def _arbitrary(coarse: Coarse, found: Reflection) -> bool:
     return slides(coarse, found.matrix, min(QUICK[1], len(found.matrix)), QUICK[2])
 
 
-def _merit(reflection: Reflection) -> float:
-    quality = reflection.quality
+def _merit(quality: MapQuality) -> float:
     folding = FOLDS * (1 - quality.reversed_area)
     return quality.distortion + quality.residual + quality.involution + folding - MOVES * quality.displacement
 
