@@ -15,6 +15,7 @@ from pliant.heart import (
     HeartPhantom,
     VentricleFrame,
     aha_segments,
+    describe_heart,
     heart_phantom,
     ventricle_frame,
 )
@@ -185,3 +186,13 @@ def test_labels_agree_with_another_packages_on_a_real_ventricle(data: Path) -> N
     found = aha_segments(mesh, frame, cuts=(0.06, 0.35, 0.66))
     assert (found == truth)[inner].mean() > 0.85
     assert np.linalg.det(frame.axes) == pytest.approx(1)
+
+
+@pytest.mark.data
+def test_a_long_axis_that_is_guessed_is_said_to_be(data: Path) -> None:
+    mesh = load_mesh(data / "heart" / "sunnybrook" / "lv_endo_ply" / "case06_cat0.ply")
+    guessed = describe_heart(mesh, points=20)
+    assert any(text.startswith("the long axis is found from the surface") for text in guessed.cautions)
+    ends = {"apex": guessed.frame.apex, "base": guessed.frame.base}
+    given = describe_heart(mesh, landmarks=ends, points=20)
+    assert not any("long axis" in text for text in given.cautions)

@@ -139,3 +139,16 @@ def test_a_sample_is_spread_over_the_index(folder):
     ids = add_folder(index, folder).ids
     assert [item.id for item in index.sample(3)] == ids[[0, 3, 6]].tolist()
     assert len(index.sample(50)) == 7
+
+
+def test_matches_that_tie_are_said_to(folder):
+    class Alike(TinyEncoder):
+        def encode(self, pictures):
+            return np.zeros((len(pictures), 8), dtype=np.uint8)
+
+    index = ShapeIndex(model=Alike())
+    add_folder(index, folder)
+    assert any("7 of 7 matches are all 0 bits away" in note for note in query_index(index, scene(1)).notes)
+    plain = ShapeIndex(model=TinyEncoder())
+    add_folder(plain, folder)
+    assert not any("bits away" in note for note in query_index(plain, scene(1)).notes)

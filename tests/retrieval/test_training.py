@@ -327,7 +327,10 @@ def test_classes_held_out_are_learned_from_by_nobody(pictures: Path, cache: Path
 @pytest.mark.parametrize(
     ("options", "message"),
     [
-        ({"train": 8}, "more than 8 usable pictures are needed, got 0"),
+        (
+            {"train": 8},
+            "more than 8 usable pictures are needed, got 0; the second largest of .* learn from fewer",
+        ),
         ({"bits": 20}, "multiples of 8"),
         ({"methods": ["magic"]}, "methods are proposed"),
         ({"splits": 0}, "1 or more"),
@@ -355,3 +358,12 @@ def test_train_writes_a_model(pictures: Path, cache: Path, tmp_path: Path) -> No
     assert done.exit_code == 0, done.output
     assert json.loads(done.stdout)["pictures"] == 24
     assert RetrievalModel.load(tmp_path).bits == 16
+
+
+def test_pictures_outside_of_classes_are_counted(tmp_path: Path) -> None:
+    for name in ("a.jpg", "b.png", "c.txt"):
+        (tmp_path / name).write_bytes(b"")
+    with pytest.raises(
+        InputError, match="2 pictures lie in the folder itself, none in folders; lay them out"
+    ):
+        read_collection(tmp_path)

@@ -24,10 +24,12 @@ def demo(folder: Folder = Path("pliant-demo")) -> None:
 
     The mesh is fsaverage5, which the nilearn package ships: no network is needed.
     """
-    from .. import check_up, gch_edges
+    from .. import check_up, gch_edges, shapes
     from ..datasets import fsaverage5
 
     folder.mkdir(parents=True, exist_ok=True)
+    # Compiling on first use is no part of the times shown.
+    measure(shapes.icosphere(3), "warm-up", length_unit="mm")
     fields = {}
     for surface in ("pial", "white"):
         mesh = fsaverage5(surface)

@@ -99,6 +99,8 @@ def query(
     if result.label:
         agree = sum(match.label == result.label for match in result.matches)
         say(f"most likely: {result.label} ({agree} of {len(result.matches)})")
+    for note in result.notes:
+        say(f"note: {note}")
     for path in written:
         say(f"wrote {path}")
 

@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike
 from .._arrays import BoolArray, FloatArray, IntArray, as_floats, frozen
 from ..errors import InputError, PliantWarning
 from ..mesh import Mesh, check_up
+from ._axis import long_axis
 from .features import SegmentFeatures, endocardial_features
 from .segmentation import segment_blood_pool
 from .segments import VentricleFrame, aha_segments, ventricle_frame
@@ -138,6 +139,8 @@ def describe_heart(
         "long axis (mm)": round(frame.length, 2),
         "apex (mm)": frame.apex.round(2).tolist(), "base (mm)": frame.base.round(2).tolist(),
     }  # fmt: skip
+    if "base" not in marks and (axis := long_axis(mesh).confidence) < 0.5:
+        cautions.append(f"the long axis is found from the surface, confidence {axis:.2f}: give apex and base")
     if frame.confidence < 0.5:
         cautions.append(
             f"the rotation of the segments is {frame.origin}, confidence {frame.confidence:.2f}: give septal landmarks"

@@ -65,7 +65,11 @@ def read_collection(source: Any) -> Collection:
     else:
         pairs = [(Path(path), str(label)) for path, label in source]
     if not pairs:
-        message = f"{source}: no pictures; lay them out as FOLDER/CLASS/picture.jpg"
+        flat = isinstance(source, str | os.PathLike) and sum(
+            path.suffix.lower() in _ENDINGS for path in Path(source).iterdir()
+        )
+        found = f"{flat} pictures lie in the folder itself, none in folders" if flat else "no pictures"
+        message = f"{source}: {found}; lay them out as FOLDER/CLASS/picture.jpg"
         raise InputError(message)
     paths = tuple(path for path, _ in pairs)
     return Collection(

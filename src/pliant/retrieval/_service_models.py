@@ -53,7 +53,9 @@ class QueryReply(BaseModel):
     label: str = Field(description="Most frequent class among the matches; of equals, the one met first.")
     width: int = Field(description="Of the query, turned upright, in pixels.")
     height: int
-    notes: list[str] = Field(description="What was done to the query: turned, reduced, fill left out.")
+    notes: list[str] = Field(
+        description="What was done to the query (turned, reduced, fill left out), and whether matches tie."
+    )
     preview: str = Field(description="The query as it was understood: a small JPEG as a data URL.")
     seconds: float = Field(description="Processor time of the answer.")
 

@@ -155,7 +155,7 @@ def _add_queries(app: FastAPI, index: ShapeIndex, workers: Workers, limits: Serv
             label=result.label,
             width=picture.size[0],
             height=picture.size[1],
-            notes=list(picture.notes),
+            notes=list(result.notes),
             preview="data:image/jpeg;base64," + base64.b64encode(preview_jpeg(picture)).decode("ascii"),
             seconds=round(time.thread_time() - start, 4),
         )

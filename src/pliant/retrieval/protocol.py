@@ -247,6 +247,9 @@ class _Bench:
         if len(classes) < 2:
             need = f"more than {train} usable pictures" if asked is None else "pictures in both folders"
             message = f"two classes with {need} are needed, got {len(classes)}"
+            if asked is None and len(counts) > 1:
+                second = np.sort(counts)[-2]
+                message += f"; the second largest of {len(counts)} classes has {second}: learn from fewer"
             raise InputError(message)
         left_out = {str(both.paths[i]): why for i, why in sorted(failed.items())}
         return cls(both, usable, size, store, workers, tuple(str(c) for c in classes), left_out)

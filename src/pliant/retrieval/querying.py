@@ -87,6 +87,19 @@ class QueryResult:
     picture: Picture
 
     @property
+    def notes(self) -> tuple[str, ...]:
+        """What was done to the query, and whether the order of the matches means nothing."""
+        ties = Counter(match.distance for match in self.matches)
+        distance, most = max(ties.items(), key=lambda tie: tie[1], default=(0, 0))
+        if most < max(3, len(self.matches) / 2):
+            return self.picture.notes
+        tied = (
+            f"{most} of {len(self.matches)} matches are all {distance} bits away, in the order in which they were "
+            "added: codes learned from few classes tell classes apart, not the pictures of one class"
+        )
+        return (*self.picture.notes, tied)
+
+    @property
     def label(self) -> str:
         """The most frequent label of the matches, of equally frequent ones the one met first; empty without any."""
         counts = Counter(match.label for match in self.matches if match.label)
