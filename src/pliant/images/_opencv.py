@@ -28,6 +28,19 @@ def blurred(image: NDArray[Any], sigma: float, *, mirrored: bool = False) -> Ima
     return smooth
 
 
+def away_from_fill(inside: BoolArray, sigma: float) -> BoolArray:
+    """Say where smoothing by ``sigma`` sees no fill; the picture's own border is none."""
+    cv2 = opencv()
+    side = 2 * int(2 * sigma) + 1
+    eroded = cv2.erode(
+        inside.astype(np.uint8),
+        np.ones((side, side), np.uint8),
+        borderType=cv2.BORDER_CONSTANT,
+        borderValue=1,
+    )
+    return np.asarray(eroded > 0)
+
+
 def resized(image: NDArray[Any], width: int, height: int) -> Image:
     """Resize, averaging over area where the result is smaller."""
     cv2 = opencv()

@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 from .._arrays import BoolArray, FloatArray, IntArray, as_floats, frozen
 from .._kernels import kernel
 from ..errors import InputError, first_indices
-from ._opencv import Image, blurred, opencv
+from ._opencv import Image, away_from_fill, blurred, opencv
 
 __all__ = ["EdgeChannels", "edge_channels", "edge_points", "geometric_blur"]
 
@@ -98,7 +98,7 @@ def edge_channels(
     smooth = cv2.GaussianBlur(_filled(image, inside), (0, 0), sigma, borderType=cv2.BORDER_REFLECT)
     across = cv2.Sobel(smooth, cv2.CV_32F, 1, 0, ksize=3, borderType=cv2.BORDER_REPLICATE) / 8
     down = cv2.Sobel(smooth, cv2.CV_32F, 0, 1, ksize=3, borderType=cv2.BORDER_REPLICATE) / 8
-    strength = np.hypot(across, down) * _away_from_fill(inside, sigma)
+    strength = np.hypot(across, down) * away_from_fill(inside, sigma)
     angle = np.mod(np.arctan2(down, across), np.pi) * (orientations / np.pi)
     channels = np.stack([strength * _share(angle, k, orientations) for k in range(orientations)])
     return EdgeChannels(
@@ -112,18 +112,6 @@ def _filled(image: FloatArray, inside: BoolArray) -> Image:
         return image.astype(np.float32)
     near = blurred(np.where(inside, image, 0), 8.0) / np.maximum(blurred(inside, 8.0), 1e-3)
     return np.where(inside, image, near).astype(np.float32)
-
-
-def _away_from_fill(inside: BoolArray, sigma: float) -> BoolArray:
-    cv2 = opencv()
-    side = 2 * int(2 * sigma) + 1
-    eroded = cv2.erode(
-        inside.astype(np.uint8),
-        np.ones((side, side), np.uint8),
-        borderType=cv2.BORDER_CONSTANT,
-        borderValue=1,
-    )
-    return np.asarray(eroded > 0)
 
 
 def _share(angle: Image, channel: int, orientations: int) -> Image:

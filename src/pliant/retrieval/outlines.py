@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from .._arrays import BoolArray
 from ..images import Picture, as_picture
-from ..images._opencv import Image, blurred, opencv, resized
+from ..images._opencv import Image, away_from_fill, blurred, opencv, resized
 
 __all__ = ["outline_drawing"]
 
@@ -79,13 +79,7 @@ def _contours(grey: Image, mask: BoolArray) -> BoolArray:
     smooth = blurred(grey * mask, _SMOOTHING, mirrored=True) / np.maximum(weight, 1e-3)
     across = cv2.Sobel(smooth, cv2.CV_32F, 1, 0)
     down = cv2.Sobel(smooth, cv2.CV_32F, 0, 1)
-    reach = 2 * int(2 * _SMOOTHING) + 1
-    inside = cv2.erode(
-        mask.astype(np.uint8),
-        np.ones((reach, reach), np.uint8),
-        borderType=cv2.BORDER_CONSTANT,
-        borderValue=1,
-    )
+    inside = away_from_fill(mask, _SMOOTHING)
     strength = np.hypot(across, down) * inside
     top = float(strength.max())
     if not top > _NO_GRADIENT:
