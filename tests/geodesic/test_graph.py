@@ -15,6 +15,16 @@ def test_parallel_edges_and_loops() -> None:
     assert graph.lengths.tolist() == [2.0, 5.0]
 
 
+def test_a_graph_owns_its_arrays() -> None:
+    edges, lengths = np.array([[0, 1], [0, 2], [1, 2]]), np.array([1.0, 2.0, 3.0])
+    seen = lengths.view()
+    seen.flags.writeable = False
+    graph = EdgeGraph(3, edges, seen)
+    edges[0], lengths[0] = (1, 2), 9.0
+    assert graph.edges.tolist() == [[0, 1], [0, 2], [1, 2]]
+    assert graph.lengths.tolist() == [1.0, 2.0, 3.0]
+
+
 def test_a_diagonal_is_as_long_as_the_unfolded_pair_is_wide() -> None:
     # Two right triangles of a unit square, folded along the diagonal they share by 90 degrees.
     half = np.sqrt(0.5)

@@ -171,7 +171,7 @@ def _measure(settings: Row) -> Row:
         return result
 
     if {"hierarchy", "field", "sampled field"} & set(wanted):
-        solver = timed("hierarchy", lambda: _hierarchy(mesh))
+        solver = timed("hierarchy", lambda: _hierarchy(mesh, jobs))
         if "field" in wanted:
             timed("field", lambda: gfe(mesh, hierarchy=solver, n_jobs=jobs), n)
         if "sampled field" in wanted:
@@ -188,10 +188,10 @@ def _measure(settings: Row) -> Row:
     }  # fmt: skip
 
 
-def _hierarchy(mesh: Mesh) -> GeodesicHierarchy:
+def _hierarchy(mesh: Mesh, n_jobs: int | None) -> GeodesicHierarchy:
     """Order and customise, so that the field's own time is sweeps only."""
     solver = GeodesicHierarchy(mesh)
-    solver._counted()
+    solver._counted(n_jobs)
     return solver
 
 

@@ -73,10 +73,12 @@ class Mesh:
     @cached_property
     def edges(self) -> IntArray:
         """(e, 2) vertex numbers of each undirected edge, smaller first, in ascending order."""
-        corners = np.sort(self.faces[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2), axis=1)
-        corners = corners[corners[:, 0] != corners[:, 1]]
-        keys = np.unique(corners[:, 0] * np.int64(self.n_vertices) + corners[:, 1])
-        return frozen(np.column_stack(np.divmod(keys, np.int64(max(self.n_vertices, 1)))))
+        n = np.int64(max(self.n_vertices, 1))
+        one, other = self.faces.ravel(), np.roll(self.faces, -1, axis=1).ravel()
+        keys = np.minimum(one, other) * n + np.maximum(one, other)
+        keys = np.unique(keys[one != other])
+        low = keys // n
+        return frozen(np.column_stack([low, keys - low * n]))
 
     @cached_property
     def edge_lengths(self) -> FloatArray:
