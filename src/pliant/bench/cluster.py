@@ -6,6 +6,7 @@ import hashlib
 import statistics
 import time
 from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 
 from .. import mesh as meshes
 from ..errors import require
@@ -25,7 +26,7 @@ def run(*, level: int = 6, workers: Sequence[int] = (1, 2), repeats: int = 3) ->
     workers : sequence of int
         Numbers of worker processes; the first is what the others are compared with.
     repeats : int
-        Runs of each, after one to warm up.
+        Runs of each, in turns, so that a machine that slows down slows all of them down.
 
     Yields
     ------
@@ -33,38 +34,50 @@ def run(*, level: int = 6, workers: Sequence[int] = (1, 2), repeats: int = 3) ->
         Keys ``workers``, ``n``, ``seconds`` (median of whole calls from mesh to field), ``fastest``, ``slowest``,
         ``speedup``, ``sha256`` (of the field's bytes: the same in every row). The first row, ``workers`` 0, is
         threads of this process.
+
+    Notes
+    -----
+    Dask's sampling profiler of the workers is off: where workers share cores it takes some of them.
     """
-    distributed = require("distributed", "cluster")
     mesh = meshes.shapes.bumpy_sphere(level, rng=0)
-    small = meshes.shapes.bumpy_sphere(3, rng=0)
-    base: float | None = None
-    for count in (0, *workers):
-        if not count:
-            gfe(small)
-            row = _timed(mesh, None, repeats)
-        else:
-            with distributed.LocalCluster(
-                n_workers=count, threads_per_worker=1, processes=True, dashboard_address=":0", silence_logs=50
-            ) as local:
-                # Every worker has to load the compiled sweeps once.
-                gfe(small, scheduler=local.scheduler_address)
-                row = _timed(mesh, local.scheduler_address, repeats)
-            base = row["seconds"] if base is None else base
-        speedup = base / row["seconds"] if base is not None else None
-        yield {"workers": count, "n": mesh.n_vertices, **row, "speedup": speedup}
-
-
-def _timed(mesh: meshes.Mesh, scheduler: str | None, repeats: int) -> Row:
-    seconds, digests = [], set()
+    counts = (0, *workers)
+    seconds: dict[int, list[float]] = {count: [] for count in counts}
+    digests: dict[int, set[str]] = {count: set() for count in counts}
     for _ in range(repeats):
-        start = time.perf_counter()
-        # Building the hierarchy and sending it are part of the call.
-        field = gfe(mesh, scheduler=scheduler)
-        seconds.append(time.perf_counter() - start)
-        digests.add(hashlib.sha256(field.tobytes()).hexdigest())
-    return {
-        "seconds": statistics.median(seconds),
-        "fastest": min(seconds),
-        "slowest": max(seconds),
-        "sha256": " ".join(sorted(digests)),
-    }
+        for count in counts:
+            with _cluster(count) as address:
+                # Every process has to load the compiled sweeps once.
+                gfe(meshes.shapes.bumpy_sphere(3, rng=0), scheduler=address)
+                start = time.perf_counter()
+                # Building the hierarchy and sending it are part of the call.
+                field = gfe(mesh, scheduler=address)
+                seconds[count].append(time.perf_counter() - start)
+            digests[count].add(hashlib.sha256(field.tobytes()).hexdigest())
+    base = statistics.median(seconds[workers[0]])
+    for count in counts:
+        median = statistics.median(seconds[count])
+        yield {
+            "workers": count,
+            "n": mesh.n_vertices,
+            "seconds": median,
+            "fastest": min(seconds[count]),
+            "slowest": max(seconds[count]),
+            "speedup": base / median if count else None,
+            "sha256": " ".join(sorted(digests[count])),
+        }
+
+
+@contextmanager
+def _cluster(workers: int) -> Iterator[str | None]:
+    """Address of a local cluster of worker processes; None for no workers."""
+    distributed = require("distributed", "cluster")
+    if not workers:
+        yield None
+        return
+    with (
+        require("dask", "cluster").config.set({"distributed.worker.profile.enabled": False}),
+        distributed.LocalCluster(
+            n_workers=workers, threads_per_worker=1, processes=True, dashboard_address=":0", silence_logs=50
+        ) as local,
+    ):
+        yield local.scheduler_address
