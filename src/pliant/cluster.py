@@ -20,7 +20,9 @@ Scheduler: TypeAlias = Any
 T = TypeVar("T")
 R = TypeVar("R")
 
-# Seconds a scheduler is given to answer, and then to have a worker.
+# Seconds a scheduler is given to answer.
+ANSWER = 10.0
+# Seconds it is then given to have a worker, and again whenever it has lost all.
 PATIENCE = 30.0
 # Items in flight for every thread of the cluster: one at work, one ready, one on its way back.
 AHEAD = 3
@@ -108,8 +110,10 @@ def connected(scheduler: Scheduler) -> Iterator[Any]:
 
     Raises
     ------
+    InputError
+        If it is neither an address nor a client.
     UnavailableError
-        If no scheduler answers, or it has no worker.
+        If no scheduler answers within 10 seconds, or it has no worker 30 seconds later.
     MissingExtraError
         If the extra ``cluster`` is not installed.
     """
@@ -120,12 +124,13 @@ def connected(scheduler: Scheduler) -> Iterator[Any]:
     if not isinstance(scheduler, str):
         message = f"scheduler must be an address or a distributed.Client, got {type(scheduler).__name__}"
         raise InputError(message)
+    _refuse_malformed(scheduler)
     try:
-        client = distributed.Client(scheduler, timeout=PATIENCE, set_as_default=False)
-    except (OSError, ValueError) as error:
+        client = distributed.Client(scheduler, timeout=ANSWER, set_as_default=False)
+    except OSError as error:
         message = (
-            f"no Dask scheduler answers at {scheduler} ({error}); start one with `dask scheduler`, workers with "
-            "`dask worker ADDRESS`"
+            f"no Dask scheduler answers at {scheduler} ({error}); check the address, or start one with "
+            "`dask scheduler` and workers with `dask worker ADDRESS`"
         )
         raise UnavailableError(message) from error
     with client:
@@ -137,6 +142,19 @@ def connected(scheduler: Scheduler) -> Iterator[Any]:
             )
             raise UnavailableError(message) from error
         yield client
+
+
+def _refuse_malformed(address: str) -> None:
+    """Refuse what is no address at once: a client made with one would wait in vain when it is thrown away."""
+    from distributed.comm.addressing import get_address_host_port, parse_address
+
+    try:
+        # Others have no host and port in their names.
+        if parse_address(address)[0] not in ("inproc", "ucx"):
+            get_address_host_port(address)
+    except ValueError as error:
+        message = f"{address!r} is no address of a Dask scheduler, as tcp://10.0.0.1:8786: {error}"
+        raise InputError(message) from error
 
 
 def thread_count(client: Any) -> int:

@@ -87,6 +87,7 @@ def test_nothing_needs_no_cluster() -> None:
 
 
 def test_a_scheduler_that_does_not_answer(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("pliant.cluster.ANSWER", 0.5)
     monkeypatch.setattr("pliant.cluster.PATIENCE", 0.5)
     with pytest.raises(UnavailableError, match="dask scheduler"):
         list(map_ordered(abs, [1], scheduler="tcp://127.0.0.1:1"))
@@ -97,6 +98,16 @@ def test_a_scheduler_that_does_not_answer(monkeypatch: pytest.MonkeyPatch) -> No
         pytest.raises(UnavailableError, match="no workers"),
     ):
         list(map_ordered(abs, [1], scheduler=empty.scheduler_address))
+
+
+@pytest.mark.parametrize("address", ["nonsense", "tcp://host-without-port", "foo://host:1"])
+def test_what_is_no_address_is_refused_at_once(address: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    def made(*_: Any, **__: Any) -> None:
+        pytest.fail("a client was made")
+
+    monkeypatch.setattr("distributed.Client.__init__", made)
+    with pytest.raises(InputError, match="no address of a Dask scheduler"):
+        list(map_ordered(abs, [1], scheduler=address))
 
 
 def test_a_worker_that_ends_while_it_is_sent_to(cluster: Any, monkeypatch: pytest.MonkeyPatch) -> None:

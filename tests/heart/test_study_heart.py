@@ -78,8 +78,10 @@ def test_nothing_is_found_where_there_is_nothing() -> None:
 
 
 def test_every_study_shows_both_baselines_and_all_columns() -> None:
-    features, percent = cohort(20, 1.0)
-    table = heart_study(features, percent, scenario="global", **FAST).table()
+    features, percent = cohort(30, 1.0)
+    found = heart_study(features, percent, scenario="global", threshold=80.0, **FAST)
+    assert found.cautions == ()
+    table = found.table()
     assert {row["method"] for row in table} == {
         "bag of features", "bag of features and size", "roughness", "cavity volume"
     }  # fmt: skip
@@ -87,6 +89,20 @@ def test_every_study_shows_both_baselines_and_all_columns() -> None:
     graded = next(row for row in table if row["model"] == "ridge")
     assert graded["R2"] == pytest.approx(graded["r"] * abs(graded["r"]), abs=2e-3)
     assert graded["low"] <= graded["r"] <= graded["high"]
+
+
+def test_an_interval_needs_ten_subjects_of_each_class() -> None:
+    features, _ = cohort(21, 1.0)
+    for diseased, known in ((10, True), (9, False), (12, False)):
+        labels = np.arange(21) < diseased
+        found = heart_study(features, diseased=labels, scenario="global", **FAST)
+        for row in found.rows:
+            assert np.isfinite([row.score.low, row.score.high]).all() == known
+        assert np.isfinite(found.rows[0].score.value)
+        assert len(found.cautions) == (0 if known else 1)
+        record = found.table()[0]
+        assert (record["low"] is None) == (not known)
+    assert "all 12 of 21" in found.cautions[0]
 
 
 def test_segments_take_the_stenosis_of_their_territory() -> None:
@@ -219,7 +235,7 @@ def test_a_cohort_without_labels_is_refused_before_it_is_measured(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     (tmp_path / "t.csv").write_text("subject,mesh,diseased\na,a.ply,\n")
-    assert main(["heart", "study", str(tmp_path / "t.csv"), "-o", str(tmp_path / "out")]) == 2
+    assert main(["heart", "study", str(tmp_path / "t.csv"), "-o", str(tmp_path / "out")]) == 3
     assert "has no label" in " ".join(capsys.readouterr().err.replace("│", " ").split())
     assert not (tmp_path / "out").exists()
 

@@ -25,22 +25,30 @@ from .field import field
 from .heart_study import heart
 from .image import image
 from .inspect import inspect
+from .mend import mend
 from .reproduce import reproduce
 from .retrieval import retrieval
 from .retrieval_index import add, query, remove, serve
 from .symmetry import symmetry
 from .view import view
 
+
+def _today(token: str) -> str:
+    """Take the older name of an option for the one it has now."""
+    return "output" if token == "out" else token
+
+
 app = typer.Typer(
     name="pliant",
     help="Geometry of shapes that bend. Each command is one function of the library.",
-    epilog="Exit codes: 0 done, 2 bad usage, 3 bad input, 130 interrupted.",
+    epilog="Exit codes: 0 done, 2 bad usage, 3 bad input or something missing, 130 interrupted.",
     no_args_is_help=True,
     pretty_exceptions_enable=False,
-    context_settings={"help_option_names": ["-h", "--help"]},
+    context_settings={"help_option_names": ["-h", "--help"], "token_normalize_func": _today},
 )
 app.command()(demo)
 app.command()(inspect)
+app.command()(mend)
 app.command()(field)
 app.command()(describe)
 app.command()(symmetry)

@@ -9,7 +9,7 @@ from typing import Annotated, Any, Literal
 import typer
 
 from .ending import complain
-from .output import say_json, show_facts, show_table
+from .output import given, say_json, show_facts, show_table
 
 bench = typer.Typer(
     name="bench",
@@ -62,7 +62,8 @@ def field(
 @bench.command()
 def spectral(
     meshes: Annotated[
-        list[Path] | None, typer.Argument(metavar="[MESH...]", help="Mesh files to measure as well.")
+        list[Path] | None,
+        typer.Argument(metavar="[MESH...]", callback=given, help="Mesh files to measure as well."),
     ] = None,
     levels: Annotated[str, typer.Option(metavar="L,L,...", help="Subdivisions of the bumpy sphere.")] = "5,6",
     k: Annotated[int, typer.Option("-k", min=2, help="Eigenpairs.")] = 200,
@@ -89,7 +90,8 @@ def spectral(
 @bench.command()
 def images(
     pairs: Annotated[
-        Path, typer.Argument(metavar="PAIRS.json", help="A list of image pairs with true boxes.")
+        Path,
+        typer.Argument(metavar="PAIRS.json", callback=given, help="A list of image pairs with true boxes."),
     ],
     runs: Annotated[int, typer.Option(min=2, help="Seeds for the repeatability.")] = 50,
     unrelated: Annotated[int, typer.Option(min=1, help="Pairs of unrelated pictures.")] = 200,

@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 
 from .bench import AsJson, show_rows
-from .output import say_json
+from .output import given, say_json
 
 
 def heart(
@@ -26,7 +26,7 @@ def heart(
     spacing: Annotated[float, typer.Option(min=0.5, help="Of the CT volumes of table ct, in mm.")] = 1.0,
     data: Annotated[
         Path | None,
-        typer.Option(metavar="DIR", exists=True, help="Folder of the real hearts of table sunnybrook."),
+        typer.Option(metavar="DIR", callback=given, help="Folder of the real hearts of table sunnybrook."),
     ] = None,
     as_json: AsJson = False,
 ) -> None:

@@ -9,7 +9,7 @@ import typer
 
 from .bench import AsJson, show_rows
 from .ending import complain
-from .output import say_json, show_facts
+from .output import given, say_json, show_facts
 from .retrieval import Cache, Jobs, Pairs, Pictures, Seed
 
 
@@ -20,7 +20,7 @@ def retrieval(
         str, typer.Option(metavar="N,N,...", help="Pictures of each class to learn from.")
     ] = "5,10,20,30,40",
     queries: Annotated[
-        Path | None, typer.Option(metavar="DIR", file_okay=False, help="Ask with these pictures instead.")
+        Path | None, typer.Option(metavar="DIR", callback=given, help="Ask with these pictures instead.")
     ] = None,
     splits: Annotated[int, typer.Option(min=1, help="Draws of the pictures to learn from.")] = 3,
     pairs: Pairs = 10,

@@ -8,7 +8,7 @@ from typing import Annotated, Any
 import typer
 
 from .bench import AsJson, show_rows
-from .output import say_json
+from .output import given, say_json
 
 _TITLES = {
     "methods": "Overlap with the truth of phantoms (Dice)",
@@ -27,7 +27,7 @@ def segmentation(
     size: Annotated[int, typer.Option(min=64, help="Voxels an edge for level-set; 256 for time.")] = 200,
     ct: Annotated[
         Path | None,
-        typer.Option(metavar="FOLDER", exists=True, help="The evaluation data's heart/ct, for real."),
+        typer.Option(metavar="FOLDER", callback=given, help="The evaluation data's heart/ct, for real."),
     ] = None,
     seed: Annotated[int, typer.Option(min=0, help="Of the phantoms.")] = 100,
     as_json: AsJson = False,

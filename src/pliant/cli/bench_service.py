@@ -7,17 +7,18 @@ from typing import Annotated, Any
 
 import typer
 
-from .output import say_json, show_facts
+from .output import given, say_json, show_facts
 
 AsJson = Annotated[bool, typer.Option("--json", help="Write JSON to standard output, and nothing else.")]
 
 
 def service(
     index: Annotated[
-        Path | None, typer.Argument(metavar="[INDEX]", help="Folder of an index, to query and to serve.")
+        Path | None,
+        typer.Argument(metavar="[INDEX]", callback=given, help="Folder of an index, to query and to serve."),
     ] = None,
     pictures: Annotated[
-        list[Path] | None, typer.Argument(metavar="[PICTURE...]", help="What to ask it with.")
+        list[Path] | None, typer.Argument(metavar="[PICTURE...]", callback=given, help="What to ask it with.")
     ] = None,
     codes: Annotated[int, typer.Option(min=1, help="Random codes to search among.")] = 1_000_000,
     clients: Annotated[int, typer.Option(min=1, help="Clients at once.")] = 64,

@@ -10,7 +10,7 @@ import typer
 
 from .bench import AsJson, show_rows
 from .ending import complain
-from .output import say_json
+from .output import given, say_json
 
 Cache = Annotated[
     Path | None,
@@ -20,7 +20,8 @@ Cache = Annotated[
 
 def descriptors(
     shapes: Annotated[
-        Path, typer.Argument(metavar="SHAPES", exists=True, help="Folder with tosca/ and tosca_remeshed_5k/.")
+        Path,
+        typer.Argument(metavar="SHAPES", callback=given, help="Folder with tosca/ and tosca_remeshed_5k/."),
     ],
     groups: Annotated[
         str, typer.Option(metavar="G,G,...", help="Of poses, remeshed and perturbations.")
@@ -50,7 +51,7 @@ def descriptors(
 
 def maps(
     folder: Annotated[
-        Path, typer.Argument(metavar="FOLDER", exists=True, help="NAME.ply, NAME.vts and NAME.sym.vts.")
+        Path, typer.Argument(metavar="FOLDER", callback=given, help="NAME.ply, NAME.vts and NAME.sym.vts.")
     ],
     pairs: Annotated[int | None, typer.Option(min=1, help="Map so many pairs, drawn at random.")] = None,
     cache: Cache = None,
@@ -69,7 +70,9 @@ def maps(
 def symmetry(
     folder: Annotated[
         Path,
-        typer.Argument(metavar="FOLDER", exists=True, help="NAME.ply and CLASS.symmetry.csv, as TOSCA has."),
+        typer.Argument(
+            metavar="FOLDER", callback=given, help="NAME.ply and CLASS.symmetry.csv, as TOSCA has."
+        ),
     ],
     names: Annotated[
         str | None, typer.Option(metavar="N,N,...", help="Shapes; all of them without it.")

@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-import csv
-import io
-import json
 import math
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -12,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from .._tables import table_rows
 from ..errors import FileFormatError
+from .files import write_figure, write_json, write_rows
 
 if TYPE_CHECKING:
     from ..cortex import CohortResult, GroupComparison, RankAgreement, Variability
@@ -54,9 +52,9 @@ def write_all(out: Path, found: Findings, settings: dict[str, Any]) -> list[Path
 
     cohort, ranking = found.cohort, found.ranking
     settings = {**settings, "edges": cohort.edges.tolist()}
-    _write_text(out / "settings.json", json.dumps(settings, indent=2) + "\n")
-    _write_rows(out / "sites.csv", _site_rows(found))
-    _write_rows(out / "subjects.csv", _subject_rows(cohort))
+    write_json(out / "settings.json", settings)
+    for name, rows in (("sites.csv", _site_rows(found)), ("subjects.csv", _subject_rows(cohort))):
+        write_rows(out / name, list(rows[0]), (row.values() for row in rows))
     arrays = {
         "histograms": cohort.histograms, "edges": cohort.edges, "vertices": cohort.vertices,
         "distances": cohort.distances, "mad": ranking.mad,
@@ -119,20 +117,6 @@ def _cell(value: float) -> str:
     return "" if value != value else f"{float(value):.6g}"
 
 
-def _write_rows(path: Path, rows: list[dict[str, object]]) -> None:
-    text = io.StringIO(newline="")
-    writer = csv.DictWriter(text, list(rows[0]), lineterminator="\n")
-    writer.writeheader()
-    writer.writerows(rows)
-    _write_text(path, text.getvalue())
-
-
-def _write_text(path: Path, text: str) -> None:
-    from ..mesh.formats import write_atomically
-
-    write_atomically(path, text.encode())
-
-
 def _write_report(out: Path, found: Findings, settings: dict[str, Any]) -> list[str]:
     """Draw the figures and the page, on the first subject that was measured; return the files' names."""
     from .. import load_mesh
@@ -149,7 +133,7 @@ def _write_report(out: Path, found: Findings, settings: dict[str, Any]) -> list[
         "histograms": extremes_figure(cohort, ranking, label=unit),
     }
     for file, figure in figures.items():
-        figure.savefig(out / f"{file}.png")
+        write_figure(out / f"{file}.png", figure)
     captions = {
         "ranking": "Every site's deviation over the subjects, in ascending order.",
         "sites": f"The sites on subject {name}: regular ones green, variable ones pink.",

@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from .field import AsJson, Figure, MeshFile, Out, Seed, Up
-from .output import report_findings, say, say_json, show_table
+from .files import write_figure
+from .output import load_examined, say, say_json, show_table
 
 if TYPE_CHECKING:
     from .. import KeyComponents, Mesh
@@ -25,10 +26,9 @@ def components(
     as_json: AsJson = False,
 ) -> None:
     """Find the key components of a shape: the connected regions that are locally distinctive."""
-    from .. import check_up, key_components, load_mesh, save_arrays
+    from .. import key_components, save_arrays
 
-    surface = load_mesh(mesh)
-    report_findings(mesh.name, check_up(surface).findings)
+    surface, _ = load_examined(mesh)
     found = key_components(surface, radius=radius, rng=seed)
     written = [str(path) for path in (out, figure) if path is not None]
     if out is not None:
@@ -38,14 +38,15 @@ def components(
         from ..report import surface_figure
 
         title = f"Key components, {mesh.name}"
-        surface_figure(
+        drawn = surface_figure(
             surface,
             found.labels + 1.0,
             up=up,
             title=title,
             colour_bar_label="component (0: none)",
             length_unit="",
-        ).savefig(figure)
+        )
+        write_figure(figure, drawn)
     rows = _rows(found, surface)
     if as_json:
         say_json({"mesh": str(mesh), "radius": radius, "seed": seed, "components": rows, "written": written})

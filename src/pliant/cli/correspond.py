@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from .field import AsJson, Figure, MeshFile, Up
-from .output import report_findings, say, say_json, show_facts, with_ending
+from .files import write_figure, write_json, write_rows
+from .output import load_examined, say, say_json, show_facts, with_ending
 
 if TYPE_CHECKING:
     from .. import Correspondence, Mesh
@@ -20,7 +21,7 @@ def _table_file(path: Path | None) -> Path | None:
 
 Pairs = Annotated[
     Path | None,
-    typer.Option("--out", "-o", metavar="OUT", callback=_table_file, help="Write the pairs: .csv, .json."),
+    typer.Option("--output", "-o", metavar="OUT", callback=_table_file, help="Write the pairs: .csv, .json."),
 ]
 
 
@@ -37,12 +38,9 @@ def correspond(
     as_json: AsJson = False,
 ) -> None:
     """Match points of two surfaces by their biharmonic density, up to the shapes' own symmetries."""
-    from .. import check_up, load_mesh
     from .. import correspond as matched
 
-    surfaces = [load_mesh(path) for path in (a, b)]
-    for path, surface in zip((a, b), surfaces, strict=True):
-        report_findings(path.name, check_up(surface).findings)
+    surfaces = [load_examined(path)[0] for path in (a, b)]
     found = matched(*surfaces, samples=samples, least_confidence=least_confidence)
     rows = _rows(found, *surfaces)
     if out is not None:
@@ -53,7 +51,7 @@ def correspond(
         title = f"{a.name} and {b.name}"
         one, two = surfaces
         drawn = correspondence_figure(one, two, found.points_a, found.points_b, up=up, title=title)
-        drawn.savefig(figure)
+        write_figure(figure, drawn)
     written = [str(path) for path in (out, figure) if path is not None]
     if as_json:
         say_json({"a": str(a), "b": str(b), "pairs": rows, "written": written})
@@ -85,15 +83,10 @@ def _rows(found: Correspondence, a: Mesh, b: Mesh) -> list[dict[str, Any]]:
 
 
 def _write(path: Path, rows: list[dict[str, Any]]) -> None:
-    import csv
-    import json
-
     if path.name.lower().endswith(".json"):
-        path.write_text(json.dumps(rows, indent=2), encoding="utf-8")
+        write_json(path, rows)
         return
-    with path.open("w", newline="", encoding="utf-8") as file:
-        writer = csv.writer(file)
-        writer.writerow(["vertex_a", "vertex_b", "confidence", *(f"{c}_{s}" for s in "ab" for c in "xyz")])
-        for row in rows:
-            head = (row["vertex_a"], row["vertex_b"], row["confidence"])
-            writer.writerow([*head, *row["position_a"], *row["position_b"]])
+    names = ["vertex_a", "vertex_b", "confidence", *(f"{c}_{s}" for s in "ab" for c in "xyz")]
+    write_rows(
+        path, names, ([*(row[n] for n in names[:3]), *row["position_a"], *row["position_b"]] for row in rows)
+    )

@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import typer
 
-from .output import say, say_json, show_facts, show_table
+from .output import given, output_folder, say, say_json, show_facts, show_table
+from .workers import Scheduler, workers
 
 if TYPE_CHECKING:
     from ..cortex import ContextSignature
@@ -18,16 +19,28 @@ Table = Annotated[
     Path,
     typer.Argument(
         metavar="COHORT",
+        callback=given,
         help="A CSV with columns subject, mesh, and perhaps group, landmarks, map_NAME; or a folder of FreeSurfer's "
         "or BIDS derivatives.",
     ),
 ]
 Out = Annotated[
-    Path, typer.Option("--out", "-o", metavar="DIR", help="Folder for results; a run resumes there.")
+    Path,
+    typer.Option(
+        "--output",
+        "-o",
+        metavar="DIR",
+        callback=output_folder,
+        help="Folder for results; a run resumes there.",
+    ),
 ]
 LandmarkFile = Annotated[
     Path | None,
-    typer.Option(metavar="FILE", help="Landmarks of all subjects: .csv, .annot, .annot.gz or .label.gii."),
+    typer.Option(
+        metavar="FILE",
+        callback=given,
+        help="Landmarks of all subjects: .csv, .annot, .annot.gz or .label.gii.",
+    ),
 ]
 Surface = Annotated[str, typer.Option(help="Which surface of a folder.")]
 Side = Annotated[Literal["left", "right"], typer.Option(help="Which hemisphere of a folder.")]
@@ -57,14 +70,13 @@ Against = Annotated[
 ]
 Beside = Annotated[
     list[Path] | None,
-    typer.Option(metavar="DIR", help="Results to agree with, site by site: the other hemisphere's."),
+    typer.Option(
+        metavar="DIR", callback=given, help="Results to agree with, site by site: the other hemisphere's."
+    ),
 ]
 Resamples = Annotated[int, typer.Option(min=1, help="Bootstrap cohorts and permutations.")]
 Seed = Annotated[int, typer.Option(min=0, help="Seed of the resampling.")]
 Jobs = Annotated[int | None, typer.Option(min=1, help="Processes; all cores without it.")]
-Address = Annotated[
-    str | None, typer.Option("--scheduler", metavar="ADDRESS", help="Measure on a Dask cluster.")
-]
 AsJson = Annotated[bool, typer.Option("--json", help="Write JSON to standard output, and nothing else.")]
 
 
@@ -88,7 +100,7 @@ def cortex(
     resamples: Resamples = 1000,
     seed: Seed = 0,
     jobs: Jobs = None,
-    scheduler: Address = None,
+    scheduler: Scheduler = None,
     as_json: AsJson = False,
 ) -> None:
     """Rank landmarks by how much the folding around them varies over a cohort.
@@ -103,18 +115,20 @@ def cortex(
         percentile=99.9 if deviation == "cumulative" else 98.0,
     )  # fmt: skip
     subjects = read_cohort(cohort, surface=surface, hemisphere=hemisphere, annotation=annotation)
-    study = _Study(
-        subjects, out, {"landmarks": landmarks, "n_jobs": jobs, "scheduler": scheduler, "progress": not as_json},
-        cumulative=deviation == "cumulative", resamples=resamples, seed=seed,
-    )  # fmt: skip
-    found = study.findings(signature, against or [], beside or [])
+    with workers(scheduler) as where:
+        study = _Study(
+            subjects, out,
+            {"landmarks": landmarks, "n_jobs": jobs, "scheduler": where.client, "progress": not as_json},
+            cumulative=deviation == "cumulative", resamples=resamples, seed=seed,
+        )  # fmt: skip
+        found = study.findings(signature, against or [], beside or [])
     settings = _settings(signature, deviation, resamples, seed)
     written = write_all(out, found, settings)
-    summary = _summary(found)
+    summary = {**_summary(found), **where.record()}
     if as_json:
         say_json({**summary, "written": [str(path) for path in written]})
         return
-    _show(found, summary)
+    _show(found, summary, where.facts())
     for path in written:
         say(f"wrote {path}")
 
@@ -210,8 +224,8 @@ def _summary(found: Findings) -> dict[str, Any]:
     return summary
 
 
-def _show(found: Findings, summary: dict[str, Any]) -> None:
-    show_facts("Cohort", found.facts())
+def _show(found: Findings, summary: dict[str, Any], where: dict[str, str]) -> None:
+    show_facts("Cohort", {**found.facts(), **where})
     cohort, ranking = found.cohort, found.ranking
     rows = [
         (cohort.sites[i], kind, f"{ranking.mad[i]:.3g}", f"{ranking.low[i]:.3g} to {ranking.high[i]:.3g}")

@@ -7,15 +7,18 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from .files import write_figure
 from .measure import BINS, NEIGHBOURS, Measurement, contexts, measure
-from .output import report_findings, say, show_facts
+from .output import output_folder, report_findings, say, show_facts
 
 if TYPE_CHECKING:
     from .._arrays import FloatArray
 
 Folder = Annotated[
     Path,
-    typer.Option("--out", "-o", metavar="DIR", file_okay=False, help="Folder for the figures and the page."),
+    typer.Option(
+        "--output", "-o", metavar="DIR", callback=output_folder, help="Folder for the figures and the page."
+    ),
 ]
 
 
@@ -77,7 +80,7 @@ def _draw(
 
     pial, white = fields["pial"], fields["white"]
     picture = folder / "gfe.png"
-    surface_figure(
+    drawn = surface_figure(
         pial.mesh,
         pial.values,
         views=hemisphere_views("left"),
@@ -85,10 +88,12 @@ def _draw(
         colour_bar_label=pial.label,
         scale="log",
         length_unit="mm",
-    ).savefig(picture)
+    )
+    write_figure(picture, drawn)
     spread = folder / "gfe-distribution.png"
     series = {name: result.values for name, result in fields.items()}
-    histogram_figure(series, title="Geodesic field estimate, fsaverage5", label=pial.label).savefig(spread)
+    drawn = histogram_figure(series, title="Geodesic field estimate, fsaverage5", label=pial.label)
+    write_figure(spread, drawn)
     html = surface_page(
         pial.mesh,
         {

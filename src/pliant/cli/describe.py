@@ -14,8 +14,9 @@ import numpy as np
 import typer
 
 from .field import AsJson, Figure, Jobs, MeshFile, Up
+from .files import write_figure
 from .measure import BINS, NEIGHBOURS
-from .output import report_findings, say, say_json, show_facts, show_table, with_ending
+from .output import load_examined, say, say_json, show_facts, show_table, with_ending
 
 if TYPE_CHECKING:
     from .. import Mesh, Spectrum
@@ -29,18 +30,19 @@ class _Shape:
     mesh: Mesh
     k: int
     jobs: int | None
+    progress: bool
 
     @cached_property
     def spectrum(self) -> Spectrum:
         from .. import eigenbasis
 
-        return eigenbasis(self.mesh, self.k)
+        return eigenbasis(self.mesh, self.k, progress=self.progress)
 
     @cached_property
     def gfe(self) -> FloatArray:
         from .. import gfe
 
-        return gfe(self.mesh, n_jobs=self.jobs, progress=True)
+        return gfe(self.mesh, n_jobs=self.jobs, progress=self.progress)
 
 
 def _hks(shape: _Shape) -> FloatArray:
@@ -64,7 +66,7 @@ def _bdk(shape: _Shape) -> FloatArray:
 def _bde(shape: _Shape) -> FloatArray:
     from .. import bde
 
-    return bde(shape.spectrum, n_jobs=shape.jobs, progress=True)
+    return bde(shape.spectrum, n_jobs=shape.jobs, progress=shape.progress)
 
 
 def _gfe(shape: _Shape) -> FloatArray:
@@ -74,7 +76,7 @@ def _gfe(shape: _Shape) -> FloatArray:
 def _gch(shape: _Shape) -> FloatArray:
     from .. import gch, gch_edges, nearest
 
-    near = nearest(shape.mesh, count=min(NEIGHBOURS, shape.mesh.n_vertices), progress=True)
+    near = nearest(shape.mesh, count=min(NEIGHBOURS, shape.mesh.n_vertices), progress=shape.progress)
     return gch(shape.gfe, near, edges=gch_edges(shape.gfe, bins=BINS))
 
 
@@ -116,7 +118,7 @@ def describe(
     k: Annotated[int, typer.Option("-k", min=2, help="Eigenpairs.")] = 200,
     out: Annotated[
         Path | None,
-        typer.Option("--out", "-o", metavar="OUT", callback=_table_file, help="Write the tables: .npz."),
+        typer.Option("--output", "-o", metavar="OUT", callback=_table_file, help="Write the tables: .npz."),
     ] = None,
     figure: Figure = None,
     jobs: Jobs = None,
@@ -124,11 +126,10 @@ def describe(
     as_json: AsJson = False,
 ) -> None:
     """Describe every vertex by signatures: a row of numbers each, to be compared by L2."""
-    from .. import __version__, check_up, load_mesh, save_arrays
+    from .. import __version__, save_arrays
 
-    surface = load_mesh(mesh)
-    report_findings(mesh.name, check_up(surface).findings)
-    shape = _Shape(surface, min(k, surface.n_vertices - 1), jobs)
+    surface, _ = load_examined(mesh)
+    shape = _Shape(surface, min(k, surface.n_vertices - 1), jobs, progress=not as_json)
     tables, rows = {}, []
     for name in dict.fromkeys(signatures.split(",")):
         start = time.perf_counter()
@@ -175,6 +176,7 @@ def _draw(path: Path, surface: Mesh, tables: dict[str, FloatArray], title: str, 
     name, table = next(iter(tables.items()))
     column = table.shape[1] // 2
     label = f"{name}, column {column + 1} of {table.shape[1]}" if table.shape[1] > 1 else name
-    surface_figure(
+    drawn = surface_figure(
         surface, table[:, column], up=up, title=title, colour_bar_label=label, length_unit=""
-    ).savefig(path)
+    )
+    write_figure(path, drawn)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 import sys
 import warnings
 from typing import TextIO
@@ -12,9 +13,25 @@ from ..errors import PliantError, PliantWarning
 BAD_INPUT, INTERRUPTED, BROKEN_PIPE = 3, 130, 141
 
 
+# What the library names as remedies, and the command that does the same.
+_REMEDIES = (
+    (r"pliant\.largest_component\b(\(mesh\))?|\blargest_component\(mesh\)", "`pliant mend --largest`"),
+    (r"(pliant\.)?\bmerged\(mesh, tolerance=0\)", "`pliant mend --merge 0`"),
+    (r"(pliant\.)?\b(orient|repaired|without_[a-z_]+)\(mesh\)|pliant\.(orient|repaired)\b(?!\()", "`pliant mend`"),
+    (r"pliant\.check_up\b(\(mesh\))?", "`pliant inspect`"),
+)  # fmt: skip
+
+
+def at_the_shell(text: str) -> str:
+    """Name commands where a message of the library names its functions."""
+    for call, command in _REMEDIES:
+        text = re.sub(call, command, text)
+    return text
+
+
 def complain(kind: str, text: str) -> None:
     """Write one line to standard error."""
-    sys.stderr.write(f"pliant: {kind}: {' '.join(text.split())}\n")
+    sys.stderr.write(f"pliant: {kind}: {' '.join(at_the_shell(text).split())}\n")
 
 
 def explanation(error: BaseException) -> str:

@@ -7,8 +7,10 @@ from typing import Annotated, Any, Literal
 
 import typer
 
+from .files import write_figure
 from .measure import Measurement, measure
-from .output import folder_checked, report_findings, say, say_json, with_ending
+from .output import folder_checked, load_examined, say, say_json, with_ending
+from .workers import Scheduler, workers
 
 
 def _values_file(path: Path | None) -> Path | None:
@@ -40,7 +42,7 @@ MeshFile = Annotated[Path, typer.Argument(metavar="MESH", help="A mesh file of a
 Out = Annotated[
     Path | None,
     typer.Option(
-        "--out",
+        "--output",
         "-o",
         metavar="OUT",
         callback=_values_file,
@@ -68,12 +70,6 @@ Jobs = Annotated[int | None, typer.Option(min=1, help="Threads; all cores withou
 ComputeDevice = Annotated[
     Literal["cpu", "cuda"], typer.Option("--device", help="Compute on the processor, or on a CUDA device.")
 ]
-ClusterAddress = Annotated[
-    str | None,
-    typer.Option(
-        "--scheduler", metavar="ADDRESS", help="Compute on the workers of a Dask cluster: tcp://HOST:8786."
-    ),
-]
 Up = Annotated[Literal["y", "z"], typer.Option(help="The axis that points up in pictures.")]
 Scale = Annotated[Literal["linear", "log"], typer.Option(help="How values spread over a picture's colours.")]
 AsJson = Annotated[bool, typer.Option("--json", help="Write JSON to standard output, and nothing else.")]
@@ -90,29 +86,27 @@ def field(
     seed: Seed = 0,
     jobs: Jobs = None,
     device: ComputeDevice = "cpu",
-    scheduler: ClusterAddress = None,
+    scheduler: Scheduler = None,
     up: Up = "z",
     scale: Scale = "log",
     as_json: AsJson = False,
 ) -> None:
     """Measure how many shortest paths pass each vertex: the geodesic field estimate (GFE)."""
-    from .. import check_up, load_mesh
-
-    surface = load_mesh(mesh)
-    report = check_up(surface)
-    report_findings(mesh.name, report.findings)
-    result = measure(
-        surface,
-        mesh.name,
-        weights=weights,
-        graph=graph,
-        samples=samples,
-        seed=seed,
-        jobs=jobs,
-        length_unit=_unit_of(mesh),
-        device=device,
-        scheduler=scheduler,
-    )
+    surface, report = load_examined(mesh)
+    with workers(scheduler) as where:
+        result = measure(
+            surface,
+            mesh.name,
+            weights=weights,
+            graph=graph,
+            samples=samples,
+            seed=seed,
+            jobs=jobs,
+            length_unit=_unit_of(mesh),
+            device=device,
+            scheduler=where.client,
+            progress=not as_json,
+        )
     if out is not None:
         _write_values(out, result)
     if figure is not None:
@@ -121,9 +115,9 @@ def field(
         _write_page(page, result, up)
     written = [str(path) for path in (out, figure, page) if path is not None]
     if as_json:
-        say_json({**result.summary(), "check_up": report.to_dict(), "written": written})
+        say_json({**result.summary(), **where.record(), "check_up": report.to_dict(), "written": written})
         return
-    result.show()
+    result.show(where.facts())
     for path in written:
         say(f"wrote {path}")
 
@@ -169,7 +163,7 @@ def _write_figure(
         colour_bar_label=result.label,
         length_unit=result.length_unit,
     )
-    drawn.savefig(path)
+    write_figure(path, drawn)
 
 
 def _write_page(path: Path, result: Measurement, up: Literal["y", "z"]) -> None:

@@ -8,7 +8,8 @@ from typing import Annotated, Any, Literal
 
 import typer
 
-from .output import say, say_json, show_facts, with_ending
+from .files import write_json
+from .output import given, output_folder, say, say_json, show_facts, with_ending
 
 heart = typer.Typer(
     name="heart",
@@ -33,10 +34,10 @@ Plane = Annotated[
 def segment(
     volume: Annotated[
         Path,
-        typer.Argument(metavar="VOLUME", exists=True, help="Folder of DICOM slices, NIfTI, NRRD or MHA."),
+        typer.Argument(metavar="VOLUME", callback=given, help="Folder of DICOM slices, NIfTI, NRRD or MHA."),
     ],
     out: Annotated[
-        Path, typer.Option("--out", "-o", metavar="FILE", help="Mask to write, on the volume's grid.")
+        Path, typer.Option("--output", "-o", metavar="FILE", help="Mask to write, on the volume's grid.")
     ],
     method: Annotated[
         Literal["threshold", "region", "edge"],
@@ -50,7 +51,7 @@ def segment(
     seed: Numbers = None,
     near: Annotated[
         Path | None,
-        typer.Option(metavar="FILE", exists=True, help="Mask of where to look, on the volume's grid."),
+        typer.Option(metavar="FILE", callback=given, help="Mask of where to look, on the volume's grid."),
     ] = None,
     series: Annotated[
         str | None, typer.Option(help="DICOM series to read where a folder holds several.")
@@ -105,9 +106,18 @@ def segment(
 @heart.command()
 def phantom(
     out: Annotated[
-        Path, typer.Option("--out", "-o", metavar="DIR", help="Folder to write; a run resumes there.")
+        Path,
+        typer.Option(
+            "--output",
+            "-o",
+            metavar="DIR",
+            callback=output_folder,
+            help="Folder to write; a run resumes there.",
+        ),
     ],
-    count: Annotated[int, typer.Option(min=2, help="Subjects.")] = 32,
+    count: Annotated[
+        int, typer.Option(min=2, help="Subjects, 2 at least; half of them without disease.")
+    ] = 32,
     change: Annotated[
         Literal["mixed", "height", "spacing", "direction", "smoothing", "none"],
         typer.Option(help="What stenosis does to trabeculae; none makes a null cohort."),
@@ -145,7 +155,7 @@ def _refuse_other_cohort(path: Path, settings: dict[str, Any]) -> None:
             f"{path.parent} holds a cohort made with other settings (see {path.name}); choose another folder"
         )
         raise typer.BadParameter(message)
-    path.write_text(json.dumps(settings, indent=1), encoding="utf-8")
+    write_json(path, settings)
 
 
 def _numbers(text: str | None, count: int, name: str) -> list[float] | None:

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Annotated, Any, get_type_hints
 import typer
 
 from .ending import complain
+from .output import given
 
 if TYPE_CHECKING:
     from ..heart import HeartDescription
@@ -20,18 +21,20 @@ Landmarks = Annotated[
     Path | None,
     typer.Option(
         metavar="FILE",
-        exists=True,
+        callback=given,
         help="JSON with any of apex, base (3 numbers), septum (3 x 3), in RAS mm.",
     ),
 ]
 Mask = Annotated[
     Path | None,
-    typer.Option(metavar="FILE", exists=True, help="Blood pool on the volume's grid, instead of finding it."),
+    typer.Option(
+        metavar="FILE", callback=given, help="Blood pool on the volume's grid, instead of finding it."
+    ),
 ]
 Right = Annotated[
     Path | None,
     typer.Option(
-        metavar="FILE", exists=True, help="Mask of the right ventricle, instead of septal landmarks."
+        metavar="FILE", callback=given, help="Mask of the right ventricle, instead of septal landmarks."
     ),
 ]
 Points = Annotated[int, typer.Option(min=10, help="Points a segment.")]
@@ -44,7 +47,7 @@ AsJson = Annotated[bool, typer.Option("--json", help="Write JSON to standard out
 Source = Annotated[
     Path,
     typer.Argument(
-        metavar="INPUT", exists=True, help="A CT (folder of DICOM, NIfTI, NRRD, MHA) or a surface mesh."
+        metavar="INPUT", callback=given, help="A CT (folder of DICOM, NIfTI, NRRD, MHA) or a surface mesh."
     ),
 ]
 

@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-import csv
-import io
 import json
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import typer
 
+from ..errors import InputError
 from .ending import complain
+from .files import write_figure, write_rows, write_text
 from .heart import heart as heart
 from .heart_options import (
     AsJson,
@@ -24,20 +24,23 @@ from .heart_options import (
     Seed,
     takes_patient,
 )
-from .output import folder_checked, say, say_json, show_facts, show_table, with_ending
+from .output import folder_checked, given, output_folder, say, say_json, show_facts, show_table, with_ending
+from .workers import Scheduler, workers
 
 if TYPE_CHECKING:
     from ..heart import HeartDescription, HeartStudy
+    from ..heart._scores import Score
     from ..mesh import Mesh
 
 
 @heart.command()
 def surface(
     volume: Annotated[
-        Path, typer.Argument(metavar="VOLUME", exists=True, help="The image, or a mask of 0 and 1.")
+        Path, typer.Argument(metavar="VOLUME", callback=given, help="The image, or a mask of 0 and 1.")
     ],
     out: Annotated[
-        Path, typer.Option("--out", "-o", metavar="FILE", help="Mesh to write: .ply, .vtk, .obj and others.")
+        Path,
+        typer.Option("--output", "-o", metavar="FILE", help="Mesh to write: .ply, .vtk, .obj and others."),
     ],
     mask: Mask = None,
     level: Annotated[float | None, typer.Option(help="Value between blood and wall.")] = None,
@@ -70,8 +73,12 @@ def surface(
 
 @heart.command()
 def segments(
-    mesh: Annotated[Path, typer.Argument(metavar="MESH", exists=True, help="Endocardial surface in RAS mm.")],
-    out: Annotated[Path, typer.Option("--out", "-o", metavar="FILE", help="CSV to write: vertex, segment.")],
+    mesh: Annotated[
+        Path, typer.Argument(metavar="MESH", callback=given, help="Endocardial surface in RAS mm.")
+    ],
+    out: Annotated[
+        Path, typer.Option("--output", "-o", metavar="FILE", help="CSV to write: vertex, segment.")
+    ],
     landmarks: Landmarks = None,
     right_ventricle: Right = None,
     figure: Annotated[
@@ -92,11 +99,11 @@ def segments(
     right = None if right_ventricle is None else load_volume(right_ventricle)
     frame = ventricle_frame(shape, right_ventricle=right, **marks)
     labels = aha_segments(shape, frame)
-    _write_rows(out, ("vertex", "segment"), enumerate(labels.tolist()))
+    write_rows(out, ("vertex", "segment"), enumerate(labels.tolist()))
     if figure is not None:
         from ..report import segment_figure
 
-        segment_figure(shape, labels, frame, title="AHA segments").savefig(figure)
+        write_figure(figure, segment_figure(shape, labels, frame, title="AHA segments"))
     facts: dict[str, Any] = {
         "vertices": shape.n_vertices, "rotation_from": frame.origin, "confidence": round(frame.confidence, 3),
         "axis_mm": round(frame.length, 2), "apex": frame.apex.round(2).tolist(), "base": frame.base.round(2).tolist(),
@@ -117,7 +124,8 @@ def segments(
 @takes_patient
 def describe(
     out: Annotated[
-        Path, typer.Option("--out", "-o", metavar="FILE", help="Arrays to write: .npz, or .csv of segments.")
+        Path,
+        typer.Option("--output", "-o", metavar="FILE", help="Arrays to write: .npz, or .csv of segments."),
     ],
     patient: Patient,
     as_json: AsJson = False,
@@ -146,7 +154,14 @@ def describe(
 @takes_patient
 def report(
     out: Annotated[
-        Path, typer.Option("--out", "-o", metavar="DIR", help="Folder for the page, figures and tables.")
+        Path,
+        typer.Option(
+            "--output",
+            "-o",
+            metavar="DIR",
+            callback=output_folder,
+            help="Folder for the page, figures and tables.",
+        ),
     ],
     patient: Patient,
     as_json: AsJson = False,
@@ -166,14 +181,16 @@ def report(
     save_mesh(out / "endocardium.ply", found.mesh)
     _write_segments(out / "segments.csv", found)
     rough = found.features.roughness[1:]
-    bulls_eye_figure(rough, title="Roughness", label="mean curvedness (1/mm)").savefig(out / "bulls_eye.png")
-    segment_figure(found.mesh, found.labels, found.frame, title="AHA segments").savefig(out / "segments.png")
+    rough_figure = bulls_eye_figure(rough, title="Roughness", label="mean curvedness (1/mm)")
+    write_figure(out / "bulls_eye.png", rough_figure)
+    drawn = segment_figure(found.mesh, found.labels, found.frame, title="AHA segments")
+    write_figure(out / "segments.png", drawn)
     steps = {
         **settings,
         "steps": {k: dict(v) for k, v in found.steps.items()},
         "cautions": list(found.cautions),
     }
-    _write_text(out / "steps.json", json.dumps(steps, indent=2, default=_plain) + "\n")
+    write_text(out / "steps.json", json.dumps(steps, indent=2, default=_plain) + "\n")
     written = [
         "report.html",
         "endocardium.ply",
@@ -198,11 +215,18 @@ def study(
     cohort: Annotated[
         Path,
         typer.Argument(
-            metavar="COHORT", exists=True, help="CSV: subject, mesh or volume, landmarks, stenosis_LAD ..."
+            metavar="COHORT", callback=given, help="CSV: subject, mesh or volume, landmarks, stenosis_LAD ..."
         ),
     ],
     out: Annotated[
-        Path, typer.Option("--out", "-o", metavar="DIR", help="Folder for results; a run resumes there.")
+        Path,
+        typer.Option(
+            "--output",
+            "-o",
+            metavar="DIR",
+            callback=output_folder,
+            help="Folder for results; a run resumes there.",
+        ),
     ],
     scenario: Annotated[
         Literal["global", "segment", "territory"],
@@ -218,9 +242,7 @@ def study(
     points: Points = 500,
     radius: Radius = 3.0,
     seed: Seed = 0,
-    scheduler: Annotated[
-        str | None, typer.Option(metavar="ADDRESS", help="Measure on a Dask cluster.")
-    ] = None,
+    scheduler: Scheduler = None,
     jobs: Jobs = None,
     as_json: AsJson = False,
 ) -> None:
@@ -233,17 +255,18 @@ def study(
         message = (
             f"{cohort} has no label: give stenosis_LAD, stenosis_LCX and stenosis_RCA, or diseased (0 or 1)"
         )
-        raise typer.BadParameter(message)
-    measured = describe_cohort(
-        subjects,
-        out,
-        points=points,
-        radius=radius,
-        rng=seed,
-        n_jobs=jobs,
-        scheduler=scheduler,
-        progress=not as_json,
-    )
+        raise InputError(message)
+    with workers(scheduler) as where:
+        measured = describe_cohort(
+            subjects,
+            out,
+            points=points,
+            radius=radius,
+            rng=seed,
+            n_jobs=jobs,
+            scheduler=where.client,
+            progress=not as_json,
+        )
     graded = any(subject.stenosis for subject in subjects)
     features, labels, left_out = measured.for_stenosis() if graded else measured.for_disease()
     found = heart_study(
@@ -261,12 +284,17 @@ def study(
     )
     rows = found.table()
     _write_table(out / f"{found.scenario}.csv", rows)
-    _write_rows(out / "left_out.csv", ("subject", "reason"), left_out.items())
-    _write_text(out / "settings.json", json.dumps({**found.settings, **measured.settings}, indent=2) + "\n")
+    write_rows(out / "left_out.csv", ("subject", "reason"), left_out.items())
+    write_text(out / "settings.json", json.dumps({**found.settings, **measured.settings}, indent=2) + "\n")
+    for text in found.cautions:
+        complain("warning", text)
     if as_json:
-        say_json({"rows": rows, "left_out": left_out, "settings": dict(found.settings)})
+        about = {"cautions": found.cautions, "settings": dict(found.settings), **where.record()}
+        say_json({"rows": rows, "left_out": left_out, **about})
         return
     _show_study(found)
+    if where.address:
+        say(f"measured on {where.words()}")
     for name, reason in left_out.items():
         say(f"left out: {name}: {reason}")
     say(f"wrote {out / f'{found.scenario}.csv'}")
@@ -286,7 +314,7 @@ def _write_segments(path: Path, found: HeartDescription) -> None:
         )
         for s in range(1, 18)
     )
-    _write_rows(path, ("segment", "name", "territory", "area_mm2", "roughness_per_mm"), rows)
+    write_rows(path, ("segment", "name", "territory", "area_mm2", "roughness_per_mm"), rows)
 
 
 def _show_study(found: HeartStudy) -> None:
@@ -295,13 +323,17 @@ def _show_study(found: HeartStudy) -> None:
             f"{row.unit}: {row.method}, {row.model}",
             "balanced accuracy" if row.kind == "class" else "r",
             f"{row.score.value:.2f}",
-            f"{row.score.low:.2f} to {row.score.high:.2f}",
+            _interval(row.score),
             "" if row.score.null != row.score.null else f"{row.score.null:.2f}",
             "" if row.score.p != row.score.p else f"{row.score.p:.3f}",
         )
         for row in found.rows
     ]
     show_table("Study", ("unit: method, model", "score", "value", "95 % interval", "null 95 %", "p"), rows)
+
+
+def _interval(score: Score) -> str:
+    return "too few subjects" if score.low != score.low else f"{score.low:.2f} to {score.high:.2f}"
 
 
 def _show(title: str, facts: dict[str, Any], as_json: bool) -> None:
@@ -333,18 +365,4 @@ def _number(value: float) -> float | None:
 
 def _write_table(path: Path, rows: list[dict[str, Any]]) -> None:
     names = list(dict.fromkeys(name for row in rows for name in row))
-    _write_rows(path, names, ([row.get(name) for name in names] for row in rows))
-
-
-def _write_rows(path: Path, names: Any, rows: Any) -> None:
-    text = io.StringIO(newline="")
-    writer = csv.writer(text, lineterminator="\n")
-    writer.writerow(names)
-    writer.writerows(rows)
-    _write_text(path, text.getvalue())
-
-
-def _write_text(path: Path, text: str) -> None:
-    from ..mesh.formats import write_atomically
-
-    write_atomically(path, text.encode())
+    write_rows(path, names, ([row.get(name) for name in names] for row in rows))

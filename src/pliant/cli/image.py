@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from .ending import complain
-from .output import say, say_json, show_facts, show_table
+from .files import write_figure, write_json
+from .output import given, output_folder, say, say_json, show_facts, show_table
 
 if TYPE_CHECKING:
     from ..images import PairMatch, PairStudy
@@ -18,11 +18,14 @@ image = typer.Typer(
     name="image", help="Partial matching of pictures that look nothing alike.", no_args_is_help=True
 )
 
-Picture_ = Annotated[Path, typer.Argument(help="A picture: JPEG, PNG, TIFF, ...")]
+Picture_ = Annotated[Path, typer.Argument(callback=given, help="A picture: JPEG, PNG, TIFF, ...")]
 Folder = Annotated[
-    Path, typer.Option("--out", "-o", metavar="DIR", file_okay=False, help="Folder for the results.")
+    Path,
+    typer.Option("--output", "-o", metavar="DIR", callback=output_folder, help="Folder for the results."),
 ]
-Mask = Annotated[Path | None, typer.Option(help="A picture that is black where its picture is fill.")]
+Mask = Annotated[
+    Path | None, typer.Option(callback=given, help="A picture that is black where its picture is fill.")
+]
 AsJson = Annotated[bool, typer.Option("--json", help="Write JSON to standard output, and nothing else.")]
 Seed = Annotated[int, typer.Option(min=0, help="Seed of the feature points.")]
 
@@ -53,11 +56,11 @@ def match(
     result = match_pair(*pictures, features=features, dim=dim, share=share, rng=seed)
     folder.mkdir(parents=True, exist_ok=True)
     title = f"{first.name} and {second.name}"
-    match_figure(*pictures, result, title=title).savefig(folder / "match.png")
+    write_figure(folder / "match.png", match_figure(*pictures, result, title=title))
     settings = {"image 1": str(first), "image 2": str(second), "seed": seed}
     write_page(folder / "match.html", match_page(*pictures, result, title=title, settings=settings))
     values = _plain(result) | {"image1": str(first), "image2": str(second), "seed": seed}
-    (folder / "match.json").write_text(json.dumps(values, indent=2, allow_nan=False) + "\n", encoding="utf-8")
+    write_json(folder / "match.json", values)
     if as_json:
         say_json(values)
         return
@@ -68,7 +71,9 @@ def match(
 
 @image.command()
 def evaluate(
-    pairs: Annotated[Path, typer.Argument(metavar="PAIRS.json", help="A list of pairs with true boxes.")],
+    pairs: Annotated[
+        Path, typer.Argument(metavar="PAIRS.json", callback=given, help="A list of pairs with true boxes.")
+    ],
     seed: Seed = 0,
     moved: Annotated[
         bool, typer.Option(help="Also evaluate after turning and resizing each second picture at random.")
@@ -80,8 +85,12 @@ def evaluate(
     from ..images import evaluate_pairs, read_pairs
 
     records = read_pairs(pairs)
-    study = evaluate_pairs(records, rng=seed, n_jobs=jobs, progress=True)
-    again = evaluate_pairs(records, rng=seed, motion="moved", n_jobs=jobs, progress=True) if moved else None
+    study = evaluate_pairs(records, rng=seed, n_jobs=jobs, progress=not as_json)
+    again = (
+        evaluate_pairs(records, rng=seed, motion="moved", n_jobs=jobs, progress=not as_json)
+        if moved
+        else None
+    )
     for name, why in study.failures.items():
         complain("warning", f"{name} was not run: {why}")
     if as_json:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, Literal
@@ -104,8 +105,8 @@ class Measurement:
             summary["median_half_width"] = float(np.median(self.half_widths))
         return summary
 
-    def show(self) -> None:
-        """Write the facts, the distribution and the most travelled vertices as tables."""
+    def show(self, more: Mapping[str, str] | None = None) -> None:
+        """Write the facts and more of them, the distribution and the most travelled vertices as tables."""
         how = "exact, all pairs"
         if self.half_widths is not None:
             share = f"{100 * self.settings['confidence']:g} %"
@@ -119,6 +120,7 @@ class Measurement:
             "weights, graph": f"{self.settings['weights']}, {self.settings['graph']}",
             "method": how,
             "time": f"{self.seconds:.2f} s",
+            **(more or {}),
         }
         show_facts(f"Geodesic field of {self.name}", facts)
         show_table(self.label, list(_QUANTILES), [[f"{v:.4g}" for v in self.quantiles.values()]])
@@ -149,13 +151,14 @@ def measure(
     jobs: int | None = None,
     length_unit: str = "",
     device: Literal["cpu", "cuda"] = "cpu",
-    scheduler: str | None = None,
+    scheduler: Any = None,
+    progress: bool = True,
 ) -> Measurement:
-    """Compute a field, exactly or from samples, with a bar where someone is watching."""
+    """Compute a field, exactly or from samples, telling how far it is."""
     from .. import __version__, estimate_gfe, gfe
 
     settings: dict[str, Any] = {"mesh": name, "quantity": "gfe", "weights": weights, "graph": graph}
-    where: dict[str, Any] = {"n_jobs": jobs, "progress": True, "device": device, "scheduler": scheduler}
+    where: dict[str, Any] = {"n_jobs": jobs, "progress": progress, "device": device, "scheduler": scheduler}
     half_widths = None
     start = time.perf_counter()
     if samples is None:

@@ -1,4 +1,4 @@
-"""What commands share: words on standard output, tables, JSON, and checks of where files go."""
+"""What commands share: words on standard output, tables, JSON, what is read, and checks of where files go."""
 
 from __future__ import annotations
 
@@ -11,10 +11,16 @@ from typing import TYPE_CHECKING, Any
 
 import typer
 
+from ..errors import InputError
 from .ending import abandon_output, complain
 
 if TYPE_CHECKING:
     from rich.console import RenderableType
+
+    from ..mesh import CheckUp, Mesh
+
+# Wider than any table: where nobody looks at a terminal, lines are not broken.
+_UNBROKEN = 10_000
 
 
 def say(text: str = "") -> None:
@@ -53,8 +59,7 @@ def show_facts(title: str, facts: Mapping[str, str]) -> None:
 def _show(*parts: RenderableType) -> None:
     from rich.console import Console
 
-    # Without a terminal there is no width to fit; give tables room so that no number is cut.
-    console = Console(file=sys.stdout) if sys.stdout.isatty() else Console(file=sys.stdout, width=120)
+    console = Console(file=sys.stdout) if sys.stdout.isatty() else Console(file=sys.stdout, width=_UNBROKEN)
     with console.capture() as captured:
         console.print(*parts, sep="\n")
     lines = (line.rstrip() for line in captured.get().rstrip("\n").split("\n"))
@@ -83,8 +88,44 @@ def with_ending(path: Path | None, endings: Sequence[str]) -> Path | None:
     return folder_checked(path)
 
 
+def output_folder(path: Path | None) -> Path | None:
+    """Refuse a folder for results that cannot be made or written to, before the work and not after it."""
+    if path is None:
+        return None
+    if path.exists() and not path.is_dir():
+        message = f"{path} is a file; name a folder"
+        raise typer.BadParameter(message)
+    there = next(place for place in (path, *path.absolute().parents) if place.exists())
+    if not there.is_dir():
+        message = f"{path} cannot be made: {there} is a file"
+        raise typer.BadParameter(message)
+    if not os.access(there, os.W_OK):
+        message = f"the folder {there} cannot be written to"
+        raise typer.BadParameter(message)
+    return path
+
+
+def given(paths: Any) -> Any:
+    """Refuse an input that is not there, before the work and not after it: bad input, whichever command reads it."""
+    for path in paths if isinstance(paths, (list, tuple)) else [paths]:
+        if path is not None and not path.exists():
+            message = f"{path}: no such file or folder"
+            raise InputError(message)
+    return paths
+
+
+def load_examined(path: Path) -> tuple[Mesh, CheckUp]:
+    """Load a mesh and say, as every command that reads one does, what is wrong with it."""
+    from .. import check_up, load_mesh
+
+    mesh = load_mesh(path)
+    report = check_up(mesh)
+    report_findings(path.name, report.findings)
+    return mesh, report
+
+
 def report_findings(name: str, findings: Iterable[Any]) -> None:
     """Write what a check-up found, short of mere notes, as warnings on standard error."""
     for finding in findings:
         if finding.severity != "note":
-            complain("warning", f"{name}: {finding}")
+            complain("warning", f"{name}: {str(finding).removeprefix(f'{finding.severity}: ')}")

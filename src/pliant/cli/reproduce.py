@@ -8,7 +8,7 @@ from typing import Annotated
 
 import typer
 
-from .output import say_json, show_table
+from .output import given, output_folder, say_json, show_table
 
 
 def reproduce(
@@ -21,12 +21,20 @@ def reproduce(
     output: Annotated[
         Path,
         typer.Option(
-            "-o", "--output", metavar="DIR", help="Where report.html, verdicts.json and results go."
+            "--output",
+            "-o",
+            metavar="DIR",
+            callback=output_folder,
+            help="Where report.html, verdicts.json, verdicts.md and results go.",
         ),
     ] = Path("pliant-reproduction"),
     data: Annotated[
         Path | None,
-        typer.Option(metavar="DIR", help="Evaluation data (see pliant data list); PLIANT_DATA by default."),
+        typer.Option(
+            metavar="DIR",
+            callback=given,
+            help="Evaluation data (see pliant data list); PLIANT_DATA by default.",
+        ),
     ] = None,
     quick: Annotated[bool, typer.Option("--quick", help="Fewer shapes, draws and subjects.")] = False,
     seed: Annotated[int, typer.Option(min=0, help="Seed of everything random.")] = 0,
@@ -49,7 +57,7 @@ def reproduce(
         show_table("Experiments", ("name", "what, and what else it covers", "needs"), rows)
         return
     place = data or (Path(os.environ["PLIANT_DATA"]) if os.environ.get("PLIANT_DATA") else None)
-    done = run(names or (), folder=output, data=place, quick=quick, rng=seed, progress=True)
+    done = run(names or (), folder=output, data=place, quick=quick, rng=seed, progress=not as_json)
     if as_json:
         import json
 

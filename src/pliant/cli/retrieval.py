@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from .ending import complain
-from .output import say, say_json, show_facts, show_table
+from .output import given, output_folder, say, say_json, show_facts, show_table
+from .workers import Scheduler, workers
 
 if TYPE_CHECKING:
     from ..retrieval import RetrievalStudy
@@ -18,11 +19,16 @@ retrieval = typer.Typer(
 )
 
 Pictures = Annotated[
-    Path, typer.Argument(metavar="FOLDER", help="Pictures sorted into classes: FOLDER/CLASS/picture.jpg.")
+    Path,
+    typer.Argument(
+        metavar="FOLDER", callback=given, help="Pictures sorted into classes: FOLDER/CLASS/picture.jpg."
+    ),
 ]
 Cache = Annotated[
     Path | None,
-    typer.Option(metavar="DIR", file_okay=False, help="Keep descriptors and matches here; go on from them."),
+    typer.Option(
+        metavar="DIR", callback=output_folder, help="Keep descriptors and matches here; go on from them."
+    ),
 ]
 Bits = Annotated[int, typer.Option(min=8, help="Length of the codes, a multiple of 8.")]
 Pairs = Annotated[int, typer.Option(min=0, help="Pairs matched in each class; 0 uses all features alike.")]
@@ -36,9 +42,6 @@ Words = Annotated[int, typer.Option(min=1, help="Visual words.")]
 Points = Annotated[int, typer.Option(min=8, help="Points described in each picture.")]
 Seed = Annotated[int, typer.Option(min=0, help="Seed of every draw.")]
 Jobs = Annotated[int | None, typer.Option(min=1, help="Processes; all processors by default.")]
-Cluster = Annotated[
-    str | None, typer.Option(metavar="ADDRESS", help="Dask scheduler that does the work instead.")
-]
 AsJson = Annotated[bool, typer.Option("--json", help="Write JSON to standard output, and nothing else.")]
 
 
@@ -46,7 +49,8 @@ AsJson = Annotated[bool, typer.Option("--json", help="Write JSON to standard out
 def train(
     folder: Pictures,
     out: Annotated[
-        Path, typer.Option("--out", "-o", metavar="DIR", file_okay=False, help="Folder for the model.")
+        Path,
+        typer.Option("--output", "-o", metavar="DIR", callback=output_folder, help="Folder for the model."),
     ] = Path("pliant-model"),
     bits: Bits = 128,
     train_per_class: Annotated[
@@ -59,7 +63,7 @@ def train(
     cache: Cache = None,
     seed: Seed = 0,
     jobs: Jobs = None,
-    scheduler: Cluster = None,
+    scheduler: Scheduler = None,
     as_json: AsJson = False,
 ) -> None:
     """Learn visual words and binary codes from pictures sorted into classes.
@@ -68,14 +72,16 @@ def train(
     """
     from ..retrieval import train_retrieval
 
-    model = train_retrieval(
-        folder, bits=bits, n_words=words, points=points, train_per_class=train_per_class, pairs_per_class=pairs,
-        drawings=drawings, cache=cache, rng=seed, n_jobs=jobs, scheduler=scheduler, progress=True,
-    )  # fmt: skip
+    with workers(scheduler) as where:
+        model = train_retrieval(
+            folder, bits=bits, n_words=words, points=points, train_per_class=train_per_class,
+            pairs_per_class=pairs, drawings=drawings, cache=cache, rng=seed, n_jobs=jobs, scheduler=where.client,
+            progress=not as_json,
+        )  # fmt: skip
     model.save(out)
     _complain_of(model.settings["left_out"])
     if as_json:
-        say_json({"folder": str(out), "bits": model.bits, **model.settings})
+        say_json({"folder": str(out), "bits": model.bits, **model.settings, **where.record()})
         return
     facts = {
         "classes": str(len(model.settings["classes"])),
@@ -83,6 +89,7 @@ def train(
         "left out": str(len(model.settings["left_out"])),
         "words": str(len(model.vocabulary.words_)),
         "bits": str(model.bits),
+        **where.facts(),
     }
     show_facts(str(folder), facts)
     say(f"wrote {out}")
@@ -96,7 +103,7 @@ def evaluate(
     queries: Annotated[
         Path | None,
         typer.Option(
-            metavar="DIR", file_okay=False, help="Ask with these pictures, sorted likewise, instead."
+            metavar="DIR", callback=given, help="Ask with these pictures, sorted likewise, instead."
         ),
     ] = None,
     splits: Annotated[int, typer.Option(min=1, help="Draws of the pictures to learn from.")] = 3,
@@ -107,7 +114,7 @@ def evaluate(
     cache: Cache = None,
     seed: Seed = 0,
     jobs: Jobs = None,
-    scheduler: Cluster = None,
+    scheduler: Scheduler = None,
     as_json: AsJson = False,
 ) -> None:
     """Measure kinds of codes: precision of the label that the nearest give, over repeated splits, with intervals.
@@ -116,17 +123,20 @@ def evaluate(
     """
     from ..retrieval import evaluate_retrieval
 
-    (study,) = evaluate_retrieval(
-        folder, queries=queries, bits=bits, train=train, splits=splits, n_words=words, points=points,
-        pairs_per_class=pairs, drawings=drawings, cache=cache, rng=seed, n_jobs=jobs, scheduler=scheduler,
-        progress=True,
-    )  # fmt: skip
+    with workers(scheduler) as where:
+        (study,) = evaluate_retrieval(
+            folder, queries=queries, bits=bits, train=train, splits=splits, n_words=words, points=points,
+            pairs_per_class=pairs, drawings=drawings, cache=cache, rng=seed, n_jobs=jobs, scheduler=where.client,
+            progress=not as_json,
+        )  # fmt: skip
     _complain_of(study.left_out)
     values = study.summary() | {"splits": splits, "seed": seed, "pairs_per_class": pairs, "n_words": words}
     if as_json:
-        say_json(values)
+        say_json({**values, **where.record()})
         return
     _show(study, values, str(folder))
+    if where.address:
+        show_facts("", where.facts())
 
 
 def _complain_of(left_out: Any) -> None:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -10,7 +9,8 @@ import typer
 
 from ..errors import InputError
 from .ending import complain
-from .output import say, say_json, show_facts, show_table
+from .files import write_figure, write_json
+from .output import given, output_folder, say, say_json, show_facts, show_table
 
 if TYPE_CHECKING:
     from ..retrieval import QueryResult, ShapeIndex
@@ -23,10 +23,10 @@ _LOOKED_INTO = 3
 
 def add(
     index: IndexFolder,
-    folder: Annotated[Path, typer.Argument(help="Pictures, as FOLDER/class/picture.jpg.")],
+    folder: Annotated[Path, typer.Argument(callback=given, help="Pictures, as FOLDER/class/picture.jpg.")],
     model: Annotated[
         Path | None,
-        typer.Option(file_okay=False, help="Model from 'pliant retrieval train'; makes a new index with it."),
+        typer.Option(callback=given, help="Model from 'pliant retrieval train'; makes a new index with it."),
     ] = None,
     jobs: Annotated[int, typer.Option(min=1, help="Threads.")] = 1,
     as_json: AsJson = False,
@@ -38,7 +38,7 @@ def add(
     from ..retrieval import add_folder
 
     with _opened(index, model) as opened:
-        report = add_folder(opened, folder, n_jobs=jobs, progress=True)
+        report = add_folder(opened, folder, n_jobs=jobs, progress=not as_json)
         size = len(opened)
     for path, why in report.failures.items():
         complain("warning", why if path in why else f"{path}: {why}")
@@ -69,16 +69,16 @@ def remove(
 
 def query(
     index: IndexFolder,
-    image: Annotated[Path, typer.Argument(help="A picture: JPEG, PNG, TIFF, ...")],
+    image: Annotated[Path, typer.Argument(callback=given, help="A picture: JPEG, PNG, TIFF, ...")],
     count: Annotated[int, typer.Option("--count", "-k", min=1, help="Matches wanted.")] = 12,
     label: Annotated[str | None, typer.Option(help="Only among pictures of this class.")] = None,
     out: Annotated[
         Path | None,
         typer.Option(
-            "--out",
+            "--output",
             "-o",
             metavar="DIR",
-            file_okay=False,
+            callback=output_folder,
             help="Write query.json, query.png, and a page of shared features for each of the first three.",
         ),
     ] = None,
@@ -171,10 +171,10 @@ def _write(
 
     folder.mkdir(parents=True, exist_ok=True)
     written = [folder / "query.json", folder / "query.png"]
-    written[0].write_text(json.dumps(values, indent=2, allow_nan=False) + "\n", encoding="utf-8")
+    write_json(written[0], values)
     found = [(match, index.preview(match.id)) for match in result.matches]
     pictures = [None if jpeg is None else decode_picture(jpeg, name=match.name) for match, jpeg in found]
-    query_figure(result, pictures, title=name).savefig(written[1])
+    write_figure(written[1], query_figure(result, pictures, title=name))
     for rank, (match, picture) in enumerate(zip(result.matches[:_LOOKED_INTO], pictures, strict=False), 1):
         if picture is None:
             continue

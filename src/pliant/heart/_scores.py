@@ -10,6 +10,11 @@ import numpy as np
 from .._arrays import BoolArray, FloatArray, IntArray
 from ._crossval import Problem
 
+# Subjects of each class below which a bootstrap's interval means nothing. Draws of m subjects that are all predicted
+# rightly agree always: a model that is right four times in five shows an interval of no width with .8^m, for 10
+# one time in nine, for 3 every other time.
+FEWEST_FOR_INTERVAL = 10
+
 
 @dataclass(frozen=True)
 class Score:
@@ -20,7 +25,8 @@ class Score:
     value : float
         What was measured.
     low, high : float
-        95 % interval of a bootstrap over subjects.
+        95 % interval of a bootstrap over subjects; NaN where either class has fewer than 10 subjects, too few for an
+        interval to mean anything.
     null : float
         95th percentile of the same number with labels shuffled; NaN without shuffles.
     p : float
@@ -67,6 +73,27 @@ def scored(value: float, draws: FloatArray, null: FloatArray) -> Score:
     edge = float(np.percentile(known, 95)) if known.size else float("nan")
     p = (1 + int((known >= value).sum())) / (1 + len(known)) if known.size else float("nan")
     return Score(value, float(low), float(high), edge, p)
+
+
+def interval_cautions(problems: Sequence[Problem]) -> tuple[str, ...]:
+    """Name the problems whose scores have no interval; nothing where all have one."""
+    small = [problem for problem in problems if not enough_for_interval(problem)]
+    if not small:
+        return ()
+    listed = ", ".join(f"{p.name} {int(p.diseased.sum())} of {len(p.diseased)}" for p in small[:5])
+    more = ", ..." if len(small) > 5 else ""
+    least = FEWEST_FOR_INTERVAL
+    return (
+        f"too few subjects for an interval to mean anything in {len(small)} of {len(problems)} units (diseased: "
+        f"{listed}{more}): it takes {least} with and {least} without disease; scores may be luck, read them beside "
+        "the null and p",
+    )
+
+
+def enough_for_interval(problem: Problem) -> bool:
+    """Whether both classes have subjects enough."""
+    ill = int(problem.diseased.sum())
+    return min(ill, len(problem.diseased) - ill) >= FEWEST_FOR_INTERVAL
 
 
 def area(predicted: FloatArray, diseased: BoolArray) -> float:

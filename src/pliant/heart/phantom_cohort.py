@@ -16,6 +16,7 @@ from .._arrays import FloatArray, IntArray, frozen
 from .._progress import progress_bar
 from ..errors import InputError
 from ..mesh import save_mesh
+from ..mesh.formats import write_atomically
 from ._volume_files import write_image
 from .phantom import Change, HeartPhantom, heart_phantom
 from .volume import save_mask
@@ -100,7 +101,7 @@ class PhantomCohort:
                     _save_subject(place, name, self.subject(i), volumes)
                 advance()
         table = place / "cohort.csv"
-        table.write_text(self._table(volumes), encoding="utf-8")
+        write_atomically(table, self._table(volumes).encode())
         return table
 
     def _table(self, volumes: bool) -> str:
@@ -179,10 +180,8 @@ def _save_subject(place: Path, name: str, phantom: HeartPhantom, volumes: bool) 
         save_mask(phantom.mask, phantom.volume, place / f"{name}.mask.nii.gz")
     save_mesh(place / f"{name}.ply", phantom.mesh)
     rows = "vertex,segment\n" + "".join(f"{i},{s}\n" for i, s in enumerate(phantom.labels.tolist()))
-    (place / f"{name}.segments.csv").write_text(rows, encoding="utf-8")
+    write_atomically(place / f"{name}.segments.csv", rows.encode())
     marks = {key: points.round(6).tolist() for key, points in phantom.landmarks.items()}
     record = {**marks, "unit": "mm", "space": "RAS", "phantom": dict(phantom.settings)}
     # Written last: its presence says that the subject is whole.
-    draft = place / f".{name}.landmarks.json"
-    draft.write_text(json.dumps(record, indent=1), encoding="utf-8")
-    draft.replace(place / f"{name}.landmarks.json")
+    write_atomically(place / f"{name}.landmarks.json", json.dumps(record, indent=1).encode())

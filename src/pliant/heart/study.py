@@ -32,6 +32,8 @@ from ._scores import (
     balanced_accuracy,
     correlation,
     difference_interval,
+    enough_for_interval,
+    interval_cautions,
     score_draws,
     scored,
 )
@@ -95,6 +97,10 @@ class HeartStudy:
         The truth of each unit.
     settings : mapping
         What made it.
+
+    Notes
+    -----
+    A unit with fewer than 10 subjects in either class gets no interval, and :attr:`cautions` says so.
     """
 
     scenario: Scenario
@@ -104,6 +110,11 @@ class HeartStudy:
 
     def __repr__(self) -> str:
         return f"HeartStudy({self.scenario}, {len(self.problems)} units, {len(self.rows)} rows)"
+
+    @property
+    def cautions(self) -> tuple[str, ...]:
+        """What to know before the scores are believed; empty where there is nothing."""
+        return interval_cautions(list(self.problems.values()))
 
     def row(self, unit: str, method: str, model: str) -> StudyRow:
         """Return one row.
@@ -342,17 +353,10 @@ class _Setup:
             target = problem.diseased.astype(np.float64) if kind == "class" else problem.percent
             predicted = predictions(name, inputs, target, splits, self.seed, sizes)
             measure = balanced_accuracy if kind == "class" else correlation
-            null = shuffled_scores(
-                name,
-                inputs,
-                target,
-                splits,
-                self.permutations,
-                np.random.default_rng(self.seed),
-                measure,
-                sizes,
-            )
-            draws = score_draws(predicted, problem, kind, self.resamples, self.seed)
+            order = np.random.default_rng(self.seed)
+            null = shuffled_scores(name, inputs, target, splits, self.permutations, order, measure, sizes)
+            count = self.resamples if enough_for_interval(problem) else 0
+            draws = score_draws(predicted, problem, kind, count, self.seed)
             score = scored(measure(predicted, target), draws, null)
             rows.append(_row(problem, method, name, kind, score, predicted))
         return rows

@@ -30,7 +30,10 @@ _MOST_NEIGHBOURS = 64
 
 @dataclass(frozen=True, eq=False)
 class Repair:
-    """A mended mesh, and what became of the old one; unpacks as ``mesh, index_map``.
+    """A mended mesh, and what became of the old one; unpacks as ``mesh, index_map``, the new mesh and an array.
+
+    It is no mesh itself: take ``repair.mesh``, or write ``mesh, index_map = repaired(mesh)``. Keep it whole,
+    ``repair = repaired(mesh)``, where the faces' numbers are wanted too.
 
     Parameters
     ----------
@@ -51,6 +54,13 @@ class Repair:
 
     def __iter__(self) -> Iterator[Any]:
         return iter((self.mesh, self.index_map))
+
+    def __getattr__(self, name: str) -> Any:
+        # Reached only for what a Repair does not have: most likely it was taken for its mesh.
+        message = f"a Repair has no {name}"
+        if not name.startswith("_") and (hasattr(Mesh, name) or name in Mesh.__dataclass_fields__):
+            message += ", its mesh has: write `mesh, index_map = ...` instead of `mesh = ...`, or take .mesh"
+        raise AttributeError(message)
 
     def __repr__(self) -> str:
         gone = int((self.index_map < 0).sum())
@@ -259,10 +269,10 @@ def without_duplicate_faces(mesh: Mesh) -> Repair:
     return _repair(mesh, Mesh(mesh.vertices, mesh.faces[kept]), kept=kept)
 
 
-def repaired(mesh: Mesh, *, tolerance: float | None = None) -> Repair:
+def repaired(mesh: Mesh, *, tolerance: float | None = None, largest: bool = False) -> Repair:
     """Drop degenerate and duplicate faces and vertices without a face, then orient.
 
-    Components, holes and non-manifold places stay as they are.
+    Holes and non-manifold places stay as they are, components too unless the largest is asked for.
 
     Parameters
     ----------
@@ -270,6 +280,8 @@ def repaired(mesh: Mesh, *, tolerance: float | None = None) -> Repair:
         Any mesh with a face of some area.
     tolerance : float, optional
         Where given, :func:`merged` comes first, with this tolerance.
+    largest : bool
+        Keep the :func:`largest_component` of what is left only.
 
     Returns
     -------
@@ -290,7 +302,8 @@ def repaired(mesh: Mesh, *, tolerance: float | None = None) -> Repair:
     (Mesh(3 vertices, 1 faces), [0, 1, 2, -1])
     """
     result = _repair(mesh, mesh) if tolerance is None else merged(mesh, tolerance=tolerance)
-    for step in (without_degenerate_faces, without_duplicate_faces, without_unreferenced, orient):
+    fewer = (largest_component,) if largest else ()
+    for step in (without_degenerate_faces, without_duplicate_faces, without_unreferenced, *fewer, orient):
         result = _then(result, step(result.mesh))
     return result
 
