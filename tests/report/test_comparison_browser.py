@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import shutil
 
 import numpy as np
 import pytest
@@ -59,44 +58,30 @@ def test_the_page_loads_nothing(page):
     assert 'src="' not in text
 
 
-@pytest.mark.skipif(shutil.which("chromium") is None, reason="chromium is not installed")
-def test_two_surfaces_side_by_side(page):
-    from selenium import webdriver
-    from selenium.webdriver.chrome.service import Service
-    from selenium.webdriver.support.ui import WebDriverWait
+@pytest.mark.filterwarnings("ignore::ResourceWarning")
+def test_two_surfaces_side_by_side(browser, page):
+    run = browser.open(page, (1200, 1000)).run
+    run("pliant.pick(pliant.panes[0], 7)")
+    assert run("return pliant.panes.map((pane) => pane.view.marked)") == [7, 7]
+    assert "AHA segment" in run("return pliant.panes[0].place.querySelector('.readout').textContent")
+    assert run("return document.querySelectorAll('.bullseye:not([hidden]) path').length") == 16
+    # Turning one turns the other; they stay as large on their own canvas as they were.
+    run("pliant.panes[0].view.turn(0.3, 0.2); pliant.panes[0].view.zoomBy(1.5); pliant.panes[0].view.draw()")
+    rotations = json.loads(run("return JSON.stringify(pliant.panes.map((p) => p.view.rotation))"))
+    assert rotations[0] == rotations[1]
+    assert run("return pliant.panes.map((p) => p.view.enlarged)") == [1.5, 1.5]
+    # The egg has no segments: it says so, and is grey.
+    choose(run, "layer", "segment")
+    assert "no values called segment" in run("return pliant.panes[1].place.textContent")
+    browser.wide(390, 844)
+    assert run("return document.documentElement.scrollWidth") == 390
+    assert browser.errors() == []
 
-    options = webdriver.ChromeOptions()
-    for flag in ("--headless=new", "--no-sandbox", "--use-gl=angle", "--use-angle=swiftshader"):
-        options.add_argument(flag)
-    options.set_capability("goog:loggingPrefs", {"browser": "ALL"})
-    driver = webdriver.Chrome(options=options, service=Service(shutil.which("chromedriver")))
-    try:
-        driver.set_window_size(1200, 1000)
-        driver.get(page.as_uri())
-        WebDriverWait(driver, 30).until(
-            lambda d: d.execute_script("return document.documentElement.dataset.ready")
-        )
-        run = driver.execute_script
-        run("pliant.pick(pliant.panes[0], 7)")
-        assert run("return pliant.panes.map((pane) => pane.view.marked)") == [7, 7]
-        assert "AHA segment" in run("return pliant.panes[0].place.querySelector('.readout').textContent")
-        assert run("return document.querySelectorAll('.bullseye:not([hidden]) path').length") == 16
-        # Turning one turns the other; they stay as large on their own canvas as they were.
-        run(
-            "pliant.panes[0].view.turn(0.3, 0.2); pliant.panes[0].view.zoomBy(1.5); pliant.panes[0].view.draw()"
-        )
-        assert json.loads(run("return JSON.stringify(pliant.panes.map((p) => p.view.rotation))"))[
-            0
-        ] == json.loads(run("return JSON.stringify(pliant.panes[1].view.rotation)"))
-        ratio = run("return pliant.panes.map((p) => p.view.zoom / p.filling)")
-        np.testing.assert_allclose(ratio, 1.5, rtol=1e-9)
-        # The egg has no segments: it says so, and is grey.
-        run(
-            "const c = document.getElementById('layer'); c.value = 'segment'; c.dispatchEvent(new Event('change'))"
-        )
-        assert "no values called segment" in run("return pliant.panes[1].place.textContent")
-        driver.set_window_size(500, 900)
-        assert run("return document.documentElement.scrollWidth <= window.innerWidth")
-        assert [entry for entry in driver.get_log("browser") if entry["level"] == "SEVERE"] == []
-    finally:
-        driver.quit()
+
+def choose(run, name, value):
+    run(
+        "const c = document.getElementById(arguments[0]); c.value = arguments[1];"
+        "c.dispatchEvent(new Event('change'))",
+        name,
+        value,
+    )

@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
-from .output import report_findings, say, say_json, show_facts, show_table
+from .files import write_figure
+from .output import load_examined, output_folder, say, say_json, show_facts, show_table
 
 if TYPE_CHECKING:
     from ..matching.symmetry import SymmetryResult
@@ -17,10 +18,10 @@ MeshFile = Annotated[Path, typer.Argument(metavar="MESH", help="A mesh file of a
 Out = Annotated[
     Path | None,
     typer.Option(
-        "--out",
+        "--output",
         "-o",
         metavar="DIR",
-        file_okay=False,
+        callback=output_folder,
         help="Write the result: symmetries.json and .npz, a picture a symmetry, and an interactive page.",
     ),
 ]
@@ -44,12 +45,11 @@ def symmetry(
 ) -> None:
     """Find the symmetries of a surface that bending leaves, whole or limb to limb, or say why there are none."""
     from ..matching.symmetry import detect_symmetries
-    from ..mesh import check_up, load_mesh
 
-    surface = load_mesh(mesh)
-    report = check_up(surface)
-    report_findings(mesh.name, report.findings)
-    result = detect_symmetries(surface, samples=samples, k=eigenfunctions, parts=parts, rng=seed)
+    surface, report = load_examined(mesh)
+    result = detect_symmetries(
+        surface, samples=samples, k=eigenfunctions, parts=parts, rng=seed, progress=not as_json
+    )
     written = [] if out is None else _write(out, mesh.name, surface, result, up)
     if as_json:
         say_json({**result.as_json(), "check_up": report.to_dict(), "written": written})
@@ -84,15 +84,23 @@ def _show(name: str, result: SymmetryResult) -> None:
 
 def _write(folder: Path, name: str, mesh: Mesh, result: SymmetryResult, up: Literal["y", "z"]) -> list[str]:
     from ..report import correspondence_figure, correspondence_sources, symmetry_page, write_page
+    from ..report.symmetry import symmetry_camera, symmetry_names
 
     result.save(folder)
     written = [folder / "symmetries.json", folder / "symmetries.npz"]
-    for i, found in enumerate(result.symmetries, start=1):
+    names = symmetry_names(result)
+    for i, (called, found) in enumerate(zip(names, result.symmetries, strict=True), start=1):
         ends = correspondence_sources(mesh, found)
-        title = f"Symmetry {i} ({found.kind}) of {name}"
-        drawn = correspondence_figure(mesh, mesh, ends, found.point_map[ends], up=up, title=title)
+        drawn = correspondence_figure(
+            mesh,
+            mesh,
+            ends,
+            found.point_map[ends],
+            view=symmetry_camera(mesh, found, up=up),
+            title=f"{called} of {name}",
+        )
         written.append(folder / f"symmetry-{i}.png")
-        drawn.savefig(written[-1])
+        write_figure(written[-1], drawn)
     if result.symmetries:
         written.append(folder / "symmetries.html")
         write_page(written[-1], symmetry_page(mesh, result, title=f"Symmetries of {name}", up=up))

@@ -46,7 +46,7 @@ def view(
     from ..report import comparison_page, write_page
 
     folder_checked(output)
-    shown = _surfaces(files)
+    shown = _surfaces(files, up, unit)
     title = ", ".join(surface.name for surface in shown[:3]) + (" …" if len(shown) > 3 else "")
     page = comparison_page(shown, title=title, up=up, length_unit=unit)
     place = output or Path(tempfile.mkdtemp(prefix="pliant-")) / "view.html"
@@ -55,7 +55,7 @@ def view(
         complain("note", f"no browser could be opened; open {place} yourself")
 
 
-def _surfaces(files: Sequence[Path]) -> list[ShownSurface]:
+def _surfaces(files: Sequence[Path], up: str, unit: str) -> list[ShownSurface]:
     groups: list[tuple[Path, list[Path]]] = []
     for path in files:
         if not path.exists():
@@ -69,7 +69,9 @@ def _surfaces(files: Sequence[Path]) -> list[ShownSurface]:
             message = f"{path} holds results; name the mesh that they belong to before it"
             raise InputError(message)
     names = _names([mesh for mesh, _ in groups])
-    return [_surface(name, mesh, results) for name, (mesh, results) in zip(names, groups, strict=True)]
+    return [
+        _surface(name, mesh, results, up, unit) for name, (mesh, results) in zip(names, groups, strict=True)
+    ]
 
 
 def _names(paths: Sequence[Path]) -> list[str]:
@@ -81,26 +83,39 @@ def _names(paths: Sequence[Path]) -> list[str]:
     return names
 
 
-def _surface(name: str, path: Path, results: Sequence[Path]) -> ShownSurface:
+def _surface(name: str, path: Path, results: Sequence[Path], up: str, unit: str) -> ShownSurface:
     from .. import load_arrays, load_mesh
     from ..report import ShownSurface
+    from ..report.labels import is_aha, label_values
 
     mesh = load_mesh(path)
     arrays: dict[str, Any] = {}
     maps: dict[str, Any] = {}
+    notes: list[str] = []
     for result in results:
         if result.is_dir():
-            maps.update(_maps(result, mesh))
+            found, told = _maps(result, mesh)
+            maps.update(found)
+            notes += told
         else:
             arrays.update(load_arrays(result))
     if not results and path.suffix.lower() in (".ply", ".vtk", ".vtp", ".vtu", ".gii"):
         arrays.update(load_arrays(path))
     layers, charts = _layers(arrays, mesh, name)
     if not layers:
-        layers = {"height": mesh.vertices[:, 2].copy()}
-    segments = next((values for values in layers.values() if _is_segments(values)), None)
+        upwards = mesh.vertices[:, "xyz".index(up)]
+        layers = {f"height ({unit})" if unit else "height": upwards.copy()}
+    for note in notes:
+        complain("warning", f"{name}: {note}")
+    segments = next((values for values in layers.values() if is_aha(label_values(values))), None)
     return ShownSurface(
-        name, mesh, layers, charts, maps, None if segments is None else segments.astype(np.int64)
+        name,
+        mesh,
+        layers,
+        charts,
+        maps,
+        None if segments is None else np.nan_to_num(segments).astype(np.int64),
+        notes=notes,
     )
 
 
@@ -118,10 +133,10 @@ def _layers(
         if not fits or not numbers.size:
             complain("note", f"{name}: {key}, shape {numbers.shape}, has no row a vertex and is left out")
             continue
-        rows = numbers.reshape(len(numbers), -1).astype(np.float64)
         if numbers.ndim == 1:
-            layers[key] = rows[:, 0]
+            layers[key] = numbers  # whole numbers may be labels
             continue
+        rows = numbers.reshape(len(numbers), -1).astype(np.float64)
         for column in np.unique(np.linspace(0, rows.shape[1] - 1, _COLUMNS).astype(int)):
             layers[f"{key}, column {column}"] = rows[:, column]
         if rows.shape[1] <= _WIDEST and np.isfinite(rows).all():
@@ -129,19 +144,24 @@ def _layers(
     return layers, charts
 
 
-def _is_segments(values: np.ndarray) -> bool:
-    """Whether values are AHA segments: all of 1 to 17, perhaps 0 for the cut base, and nothing else."""
-    found = set(np.unique(values).tolist())
-    return found - {0.0} == set(range(1, 18))
-
-
-def _maps(folder: Path, mesh: Mesh) -> dict[str, Any]:
+def _maps(folder: Path, mesh: Mesh) -> tuple[dict[str, Any], list[str]]:
+    """Read maps by name, and what to know of them."""
     from ..matching.symmetry import SymmetryResult
+    from ..report.symmetry import symmetry_names
 
-    found = {}
-    for i, symmetry in enumerate(SymmetryResult.load(folder).symmetries, start=1):
-        if len(symmetry.point_map) != mesh.n_vertices:
-            message = f"{folder}: made for {len(symmetry.point_map)} vertices, the mesh has {mesh.n_vertices}"
-            raise InputError(message)
-        found[f"symmetry {i} ({symmetry.kind})"] = symmetry.point_map
-    return found
+    result = SymmetryResult.load(folder)
+    try:
+        result.check_mesh(mesh)
+    except InputError as error:
+        message = f"{folder}: {error}; name the mesh that it was made from"
+        raise InputError(message) from error
+    notes = []
+    if result.mesh is None:
+        notes.append(
+            f"{folder.name} does not say which mesh its symmetries are of, only that it has "
+            f"{mesh.n_vertices} vertices. Run pliant symmetry again to be sure."
+        )
+    maps = {
+        name: found.point_map for name, found in zip(symmetry_names(result), result.symmetries, strict=True)
+    }
+    return maps, notes

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from .._arrays import FloatArray
 from ..mesh import Mesh
 from .colours import COLOUR_MAPS, MISSING, colour_table, robust_limits
+from .labels import LabelNames, label_facts
 from .render import Axis, Direction, camera
 
 PERCENTILES = (2.0, 98.0)
@@ -26,14 +27,21 @@ def surface_payload(
     edges: FloatArray,
     up: Axis,
     unit: str,
+    *,
+    labels: Mapping[str, tuple[int, ...] | None] | None = None,
+    names: Mapping[str, LabelNames] | None = None,
 ) -> dict[str, Any]:
-    """Return a surface with its layers and histograms, and what a page needs to show them, ready for JSON."""
+    """Return a surface with its layers and histograms, and what a page needs to show them, ready for JSON.
+
+    ``labels`` says which labels a layer's values are, ``names`` what they are called.
+    """
+    labels, names = labels or {}, names or {}
     extent = float(np.ptp(mesh.vertices, axis=0).max())
     differences = np.diff(mesh.faces.ravel(), prepend=0)
     return {
         "positions": packed(mesh.vertices.astype(np.float32)),
         "faces": packed(np.where(differences < 0, -2 * differences - 1, 2 * differences).astype(np.uint32)),
-        "layers": [_layer(name, field) for name, field in fields.items()],
+        "layers": [_layer(name, field, labels.get(name), names.get(name)) for name, field in fields.items()],
         "histograms": list(charts),
         "histogramArrays": [packed(chart.astype(np.float32)) for chart in charts.values()],
         "edges": edges.tolist(),
@@ -47,7 +55,9 @@ def surface_payload(
     }
 
 
-def _layer(name: str, field: FloatArray) -> dict[str, Any]:
+def _layer(
+    name: str, field: FloatArray, labels: tuple[int, ...] | None, names: LabelNames | None
+) -> dict[str, Any]:
     low, high = robust_limits(field, percentiles=PERCENTILES)
     known = field[np.isfinite(field)]
     positive = known[known > 0]
@@ -61,6 +71,7 @@ def _layer(name: str, field: FloatArray) -> dict[str, Any]:
         "high": high,
         "low_positive": low_positive,
         "missing": field.size - known.size,
+        "labels": None if labels is None else label_facts(field, labels, names),
     }
 
 

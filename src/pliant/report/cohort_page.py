@@ -10,7 +10,7 @@ from html import escape
 from string import Template
 from typing import TYPE_CHECKING
 
-from .page import asset, version
+from ._frame import asset, version
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

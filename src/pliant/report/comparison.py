@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from html import escape
@@ -15,9 +14,11 @@ from numpy.typing import ArrayLike
 from .._arrays import FloatArray, as_indices
 from ..errors import InputError
 from ..mesh import Mesh
-from ._payload import SIDES, packed, surface_payload
+from ._frame import VIEWER, asset, embedded, framed, scripts
+from ._payload import packed, surface_payload
 from .colours import COLOUR_MAPS
-from .page import asset, checked_histograms, checked_layers, version
+from .labels import LABEL_COLOURS, LabelNames, label_values
+from .page import checked_histograms, checked_layers
 from .render import Axis
 
 __all__ = ["ShownSurface", "comparison_page"]
@@ -43,6 +44,10 @@ class ShownSurface:
         Where each vertex goes under a map of the surface to itself, -1 where nowhere: symmetries to step through.
     segments : (n,) array_like of int, optional
         AHA segment of each vertex, 0 to 17: a bull's-eye is drawn beside the surface.
+    label_names : mapping of layer name to mapping of int to str
+        What the labels of a layer are called. Layers of whole numbers of few kinds are shown as labels.
+    notes : sequence of str
+        What to know before looking, written above the surface.
     """
 
     name: str
@@ -51,6 +56,8 @@ class ShownSurface:
     histograms: Mapping[str, ArrayLike] = field(default_factory=dict)
     maps: Mapping[str, ArrayLike] = field(default_factory=dict)
     segments: ArrayLike | None = None
+    label_names: Mapping[str, LabelNames] = field(default_factory=dict)
+    notes: Sequence[str] = ()
 
 
 def comparison_page(
@@ -98,32 +105,41 @@ def comparison_page(
     if len(set(names)) < len(names):
         message = f"surfaces must have different names, got {', '.join(names)}"
         raise InputError(message)
-    data = [_surface_data(surface, up, length_unit) for surface in surfaces]
+    labels = _shared_labels(surfaces)
+    data = [_surface_data(surface, labels, up, length_unit) for surface in surfaces]
     maps = "\n".join(f'<option value="{name}">{name}</option>' for name in COLOUR_MAPS)
     parts = {
         "title": escape(title),
-        "sides": "\n".join(
-            f'<button type="button" data-side="{side}">{side.capitalize()}</button>' for side in SIDES
-        ),
         "map_options": maps,
         "panes": "\n".join(_pane(i, names, min(i, len(names) - 1)) for i in range(min(2, len(names)))),
-        # "<" in text could end the script element that carries the data.
-        "data": json.dumps(data, separators=(",", ":"), allow_nan=False).replace("<", "\\u003c"),
-        "version": version(),
-        "css": asset("page.css"),
-        "scripts": asset("viewer.js") + asset("common.js") + asset("bullseye.js") + asset("comparison.js"),
+        "data": embedded(data),
+        "scripts": scripts(*VIEWER, "common.js", "key.js", "bullseye.js", "comparison.js"),
     }
-    return Template(asset("comparison.html")).substitute(parts)
+    return framed("comparison.html", parts, style="comparison.css")
 
 
-def _surface_data(surface: ShownSurface, up: Axis, unit: str) -> dict[str, Any]:
+def _shared_labels(surfaces: Sequence[ShownSurface]) -> dict[str, tuple[int, ...]]:
+    """Labels of the layers that are labels on every surface that has them: one label has one colour everywhere."""
+    found: dict[str, set[int] | None] = {}
+    for surface in surfaces:
+        for name, values in surface.layers.items():
+            own, before = label_values(values), found.get(name, set())
+            found[name] = None if own is None or before is None else before | set(own)
+    return {name: tuple(sorted(v)) for name, v in found.items() if v and len(v) <= len(LABEL_COLOURS)}
+
+
+def _surface_data(
+    surface: ShownSurface, labels: Mapping[str, tuple[int, ...]], up: Axis, unit: str
+) -> dict[str, Any]:
     mesh = surface.mesh
     layers = checked_layers(mesh, surface.layers)
     # Histograms of several kinds may have different numbers of bins, each with edges of its own.
     charts: dict[str, FloatArray] = {}
     for name, values in surface.histograms.items():
         charts.update(checked_histograms(mesh, {name: values}, None)[0])
-    payload = surface_payload(mesh, layers, charts, np.array([0.0]), up, unit)
+    payload = surface_payload(
+        mesh, layers, charts, np.array([0.0]), up, unit, labels=labels, names=surface.label_names
+    )
     maps = {
         name: _checked_vertices(values, mesh, f"map {name!r}", mesh.n_vertices - 1)
         for name, values in surface.maps.items()
@@ -136,6 +152,7 @@ def _surface_data(surface: ShownSurface, up: Axis, unit: str) -> dict[str, Any]:
     return {
         **payload,
         "title": surface.name,
+        "notes": list(surface.notes),
         "count": mesh.n_vertices,
         "bins": [chart.shape[1] for chart in charts.values()],
         "maps": [

@@ -81,7 +81,7 @@ def heart_page(
         "curvedness (1/mm)": bend.curvedness,
         "shape index": bend.shape_index,
         "AHA segment": labels,
-        "territory: 1 LAD, 2 LCX, 3 RCA": _territories(description),
+        "territory": _territories(description),
     }
     rows: dict[str, object] = dict(settings or {})
     rows |= {
@@ -95,6 +95,7 @@ def heart_page(
         settings=rows,
         colour_map="cividis",
         length_unit="mm",
+        label_names={"territory": dict(enumerate(TERRITORIES, start=1))},
     )
     html = html.replace("</style>", _STYLE + "</style>", 1)
     html = html.replace("<main>", _banner(description.cautions) + "<main>", 1)

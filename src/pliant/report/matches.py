@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import base64
 import io
-import json
 from collections.abc import Mapping
 from html import escape
 from string import Template
@@ -15,7 +14,7 @@ import numpy as np
 from .._arrays import FloatArray
 from ..errors import require
 from ..images import PairMatch, Picture
-from .page import asset
+from ._frame import asset, embedded, setting_rows
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -138,18 +137,14 @@ def match_page(
         **match.settings,
         **(settings or {}),
     }
-    table = "\n".join(
-        f'<tr><th scope="row">{escape(str(k))}</th><td>{escape(str(v))}</td></tr>' for k, v in rows.items()
-    )
     parts = {
         "title": escape(title),
         "css": asset("page.css"),
-        "rows": table,
+        "rows": setting_rows(rows),
         "count": str(len(match.points1)),
         "shown": str(min(50, len(match.points1))),
         "legend": "the part found" if truth is None else "the part found; dashed: the true box",
-        # "<" in text could end the script element that carries the data.
-        "data": json.dumps(data, separators=(",", ":"), allow_nan=False).replace("<", "\\u003c"),
+        "data": embedded(data),
         "script": asset("matches.js"),
     }
     return Template(asset("matches.html")).substitute(parts)

@@ -5,12 +5,9 @@ The page holds its data and its own small WebGL viewer; it loads nothing from an
 
 from __future__ import annotations
 
-import json
 from collections.abc import Mapping
 from html import escape
-from importlib import resources
 from pathlib import Path
-from string import Template
 from typing import Any
 
 import numpy as np
@@ -20,11 +17,20 @@ from .._arrays import FloatArray, as_floats
 from ..errors import InputError
 from ..mesh import Mesh
 from ..mesh.formats import write_atomically
-from ._payload import PERCENTILES, SIDES, surface_payload
+from ._frame import VIEWER, embedded, framed, scripts, setting_rows
+from ._frame import version as version
+from ._payload import PERCENTILES, surface_payload
 from .colours import COLOUR_MAPS, ColourMap, colour_table
+from .labels import LabelNames, label_values
 from .render import Axis
 
 Histograms = Mapping[str, ArrayLike]
+
+_TOLD = """<p class="hint" id="nothing-picked">Click the surface, or give a number, to see the values there.</p>
+<div id="picked" aria-live="polite" hidden>
+<table><tbody id="readout"></tbody></table>
+<div id="histograms"></div>
+</div>"""
 
 
 def surface_page(
@@ -39,6 +45,7 @@ def surface_page(
     colour_map: ColourMap = "viridis",
     up: Axis = "z",
     length_unit: str = "",
+    label_names: Mapping[str, LabelNames] | None = None,
 ) -> str:
     """Write an interactive page of a mesh and its per-vertex values, as HTML.
 
@@ -48,7 +55,7 @@ def surface_page(
         The surface.
     layers : mapping of name to (n,) array_like
         What can be shown on it, the first at once. Names carry the unit, as in ``"GFE (per mm²)"``. NaN and
-        infinities are grey.
+        infinities are grey. Whole numbers of few kinds are labels: a colour and a line of the legend each.
     title : str
         Heading and window title.
     histograms : mapping of name to (n, bins) array_like, optional
@@ -65,6 +72,8 @@ def surface_page(
         Which axis points up; see :func:`pliant.report.render.camera`.
     length_unit : str
         The mesh's unit.
+    label_names : mapping of layer name to mapping of int to str, optional
+        What labels are called; the 17 segments of the heart have their names without it.
 
     Returns
     -------
@@ -90,7 +99,8 @@ def surface_page(
     """
     fields = checked_layers(mesh, layers)
     charts, bin_edges = checked_histograms(mesh, histograms or {}, edges)
-    data = surface_payload(mesh, fields, charts, bin_edges, up, length_unit)
+    labels = {name: label_values(values) for name, values in layers.items()}
+    data = surface_payload(mesh, fields, charts, bin_edges, up, length_unit, labels=labels, names=label_names)
     if colour_map not in COLOUR_MAPS:
         colour_table(colour_map)  # says which maps there are
     table = {"vertices": mesh.n_vertices, "triangles": mesh.n_faces, **(settings or {})}
@@ -98,7 +108,6 @@ def surface_page(
         "title": escape(title),
         "notes": f'<p class="notes">{escape(notes)}</p>' if notes else "",
         "alt": escape(f"Interactive picture of {title}: {mesh.n_vertices} vertices, coloured by a layer"),
-        "sides": _lines(f'<button type="button" data-side="{s}">{s.capitalize()}</button>' for s in SIDES),
         "layer_options": _lines(
             f'<option value="{i}">{escape(name)}</option>' for i, name in enumerate(fields)
         ),
@@ -106,15 +115,13 @@ def surface_page(
         "percentiles": f"{PERCENTILES[0]:g} and {PERCENTILES[1]:g}",
         "last": str(mesh.n_vertices - 1),
         "summaries": _lines(_summary_row(name, field) for name, field in fields.items()),
-        "settings": _lines(_setting_row(str(name), str(value)) for name, value in table.items()),
-        # "<" in text could end the script element that carries the data.
-        "data": json.dumps(data, separators=(",", ":"), allow_nan=False).replace("<", "\\u003c"),
-        "version": version(),
-        "css": asset("page.css"),
-        "viewer": asset("viewer.js"),
-        "page": asset("common.js") + asset("page.js"),
+        "settings": setting_rows(table),
+        "told": _TOLD,
+        "data": embedded(data),
+        "viewer": scripts(*VIEWER),
+        "page": scripts("common.js", "key.js", "frame.js", "page.js"),
     }
-    return Template(asset("page.html")).substitute(parts)
+    return framed("page.html", parts)
 
 
 def write_page(path: str | Path, html: str) -> Path:
@@ -214,25 +221,9 @@ def _readable(value: float) -> str:
     )
 
 
-def _setting_row(name: str, value: str) -> str:
-    return f'<tr><th scope="row">{escape(name)}</th><td>{escape(value)}</td></tr>'
-
-
 def _map_option(name: str, chosen: bool) -> str:
     return f'<option value="{name}"{" selected" if chosen else ""}>{name}</option>'
 
 
 def _lines(parts: Any) -> str:
     return "\n".join(parts)
-
-
-def asset(name: str) -> str:
-    """Text of a file that pages are made of."""
-    return (resources.files(__package__) / "assets" / name).read_text(encoding="utf-8")
-
-
-def version() -> str:
-    """Version of the package, for pages to name."""
-    from .. import __version__
-
-    return str(__version__)

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, cast
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from .._arrays import FloatArray, vertex_indices
+from .._arrays import FloatArray, as_floats, vertex_indices
 from ..errors import InputError
 from ..mesh import Mesh
 from .render import Axis, Direction, camera, paint, rasterise
@@ -28,7 +28,7 @@ def correspondence_figure(
     points_a: ArrayLike,
     points_b: ArrayLike,
     *,
-    view: Direction = "left",
+    view: Direction | ArrayLike = "left",
     up: Axis = "z",
     title: str = "",
     most: int = 60,
@@ -42,7 +42,8 @@ def correspondence_figure(
     points_a, points_b : (p,) array_like of int
         Vertices of a and of b that correspond, pair by pair.
     view : {"left", "right", "front", "back", "top", "bottom"}
-        The side that faces the viewer.
+        The side that faces the viewer; or a camera of one's own, (3, 3), with the image's right, its up and the
+        direction towards the viewer as rows.
     up : {"z", "y"}
         Which axis points up; see :func:`pliant.report.render.camera`.
     title : str
@@ -73,7 +74,10 @@ def correspondence_figure(
     if len(ends_a) != len(ends_b):
         message = f"points_a has {len(ends_a)} vertices and points_b {len(ends_b)}; they must pair up"
         raise InputError(message)
-    rotation = camera(view, up=up)
+    rotation = camera(cast("Direction", view), up=up) if isinstance(view, str) else as_floats(view, "view")
+    if rotation.shape != (3, 3) or not np.allclose(rotation @ rotation.T, np.eye(3), atol=1e-6):
+        message = f"view must be a side's name or a rotation, (3, 3), got shape {rotation.shape}"
+        raise InputError(message)
     figure = Figure(figsize=(10, 5), dpi=200)
     axes = figure.add_axes((0.02, 0.02, 0.96, 0.86))
     axes.set_axis_off()

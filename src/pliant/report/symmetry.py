@@ -2,26 +2,35 @@
 
 from __future__ import annotations
 
-import json
 from html import escape
-from string import Template
 from typing import Any
 
 import numpy as np
 from scipy.spatial import KDTree
 
-from .._arrays import FloatArray, IntArray
+from .._arrays import BoolArray, FloatArray, IntArray
 from ..errors import InputError
 from ..matching import farthest_points
 from ..matching.symmetry import Symmetry, SymmetryResult
 from ..mesh import Mesh
+from ._frame import VIEWER, embedded, framed, scripts, setting_rows
 from ._payload import SIDES, packed, surface_payload
-from .page import asset, checked_layers, version
-from .render import Axis, camera
+from .page import checked_layers
+from .render import Axis, Direction, camera
 
-__all__ = ["correspondence_sources", "symmetry_page"]
+__all__ = ["correspondence_sources", "symmetry_camera", "symmetry_page"]
 
 _COLUMNS = ("confidence", "support", "distortion", "residual", "reversed_area", "complexity")
+# A mirror whose upright direction is shorter than this lies flat.
+_FLAT = 0.3
+_NOTES = (
+    '<p class="notes">A point and its image have one colour, and lines join some of them. '
+    "Grey parts are not carried anywhere.</p>"
+)
+_TOLD = (
+    '<p class="hint" id="told" aria-live="polite">'
+    "Click the surface, or give a number, to see where that point is carried.</p>"
+)
 
 
 def symmetry_page(
@@ -76,10 +85,7 @@ def symmetry_page(
     """
     if not result.symmetries:
         raise InputError("there is no symmetry to show")
-    for i, found in enumerate(result.symmetries):
-        if len(found.point_map) != mesh.n_vertices:
-            message = f"symmetry {i} has {len(found.point_map)} vertices, the mesh {mesh.n_vertices}"
-            raise InputError(message)
+    result.check_mesh(mesh)
     names = symmetry_names(result)
     layers = {
         name: _matching_colours(mesh, found) for name, found in zip(names, result.symmetries, strict=True)
@@ -88,15 +94,18 @@ def symmetry_page(
     data = surface_payload(mesh, checked_layers(mesh, layers), {}, np.array([0.0]), up, length_unit)
     data["maps"] = [packed((found.point_map + 1).astype(np.uint32)) for found in result.symmetries]
     data["ends"] = [some.tolist() for some in ends]
-    data["firsts"] = [
-        _telling_side(mesh, some, found.point_map[some], up)
-        for some, found in zip(ends, result.symmetries, strict=True)
-    ]
+    data["cameras"] |= {
+        name: symmetry_camera(mesh, found, up=up).tolist()
+        for name, found in zip(names, result.symmetries, strict=True)
+    }
+    data["firsts"] = names
     table = {"vertices": mesh.n_vertices, "triangles": mesh.n_faces, **result.settings}
     parts = {
         "title": escape(title),
         "alt": escape(f"Interactive picture of {title}: {mesh.n_vertices} vertices, one colour a pair"),
-        "sides": "\n".join(f'<button type="button" data-side="{s}">{s.capitalize()}</button>' for s in SIDES),
+        "notes": _NOTES,
+        "overlay": '<svg id="links" aria-hidden="true"></svg>',
+        "told": _TOLD,
         "buttons": "\n".join(
             _button(i, *row) for i, row in enumerate(zip(names, result.symmetries, strict=True))
         ),
@@ -105,27 +114,16 @@ def symmetry_page(
         "rows": "\n".join(_row(name, found) for name, found in zip(names, result.symmetries, strict=True)),
         "reasons": "".join(f"<li>{escape(reason)}</li>" for reason in result.reasons),
         "unreasoned": "" if result.reasons else "hidden",
-        "settings": "\n".join(
-            f'<tr><th scope="row">{escape(str(name))}</th><td>{escape(_shown(value))}</td></tr>'
-            for name, value in table.items()
-        ),
-        # "<" in text could end the script element that carries the data.
-        "data": json.dumps(data, separators=(",", ":"), allow_nan=False).replace("<", "\\u003c"),
-        "version": version(),
-        "css": asset("page.css"),
-        "scripts": asset("viewer.js") + asset("common.js") + asset("symmetry.js"),
+        "settings": setting_rows(table),
+        "data": embedded(data),
+        "scripts": scripts(*VIEWER, "common.js", "frame.js", "symmetry.js"),
     }
-    return Template(asset("symmetry.html")).substitute(parts)
+    return framed("symmetry.html", parts, style="symmetry.css")
 
 
 def symmetry_names(result: SymmetryResult) -> list[str]:
-    """Name each symmetry by its kind and number."""
-    counts = {"global": 0, "partial": 0}
-    names = []
-    for found in result.symmetries:
-        counts[found.kind] += 1
-        names.append(f"{'Reflection' if found.kind == 'global' else 'Limbs'} {counts[found.kind]}")
-    return names
+    """Name each symmetry by its number, counted from 1 as everywhere, and its kind."""
+    return [f"Symmetry {i} ({found.kind})" for i, found in enumerate(result.symmetries, start=1)]
 
 
 def correspondence_sources(mesh: Mesh, symmetry: Symmetry, most: int = 40) -> IntArray:
@@ -158,15 +156,75 @@ def correspondence_sources(mesh: Mesh, symmetry: Symmetry, most: int = 40) -> In
     return np.asarray(chosen, dtype=np.int64)
 
 
-def _one_side(mesh: Mesh, symmetry: Symmetry) -> FloatArray:
+def symmetry_camera(mesh: Mesh, symmetry: Symmetry, *, up: Axis = "z") -> FloatArray:
+    """Choose from where points and their images are seen both.
+
+    Of a global symmetry the viewer stands in the plane between the halves, as high as shows most of the surface, at
+    most 60 degrees. Of a partial one it is the side from which the lines between points and images are longest.
+
+    Parameters
+    ----------
+    mesh : Mesh
+    symmetry : Symmetry
+    up : {"z", "y"}
+        Which axis points up.
+
+    Returns
+    -------
+    (3, 3) array
+        As :func:`pliant.report.render.camera` gives.
+
+    Examples
+    --------
+    >>> from pliant import detect_symmetries, shapes
+    >>> figure = shapes.quadruped(1000)
+    >>> found = detect_symmetries(figure.mesh).symmetries[0]
+    >>> right, _, towards = symmetry_camera(figure.mesh, found, up="y")  # its left side is at +x
+    >>> bool(abs(right[0]) > 0.99 and abs(towards[0]) < 0.01)
+    True
+    """
+    if symmetry.kind == "partial":
+        ends = correspondence_sources(mesh, symmetry)
+        return camera(_telling_side(mesh, ends, symmetry.point_map[ends], up), up=up)
+    across = _main_direction(mesh, symmetry)
+    front = camera("front", up=up)
+    upright = front[1] - (front[1] @ across) * across
+    if np.linalg.norm(upright) < _FLAT:  # one half lies on the other
+        ahead = front[2] - (front[2] @ across) * across
+        ahead /= np.linalg.norm(ahead)
+        return _widest(mesh, [ahead, np.cross(across, ahead)], across)
+    upright /= np.linalg.norm(upright)
+    ahead = np.cross(across, upright)
+    if ahead @ (front[2] + 0.5 * camera("left", up=up)[2]) < 0:
+        ahead = -ahead
+    angles = np.radians([0, 15, 30, 45, 60])
+    return _widest(mesh, [np.cos(a) * ahead + np.sin(a) * upright for a in angles], upright)
+
+
+def _widest(mesh: Mesh, directions: list[FloatArray], upright: FloatArray) -> FloatArray:
+    """Return the camera, of those that look from these directions, to which the surface offers most area."""
+    offered = [float(np.abs(mesh.face_normals @ to) @ mesh.face_areas) for to in directions]
+    towards = directions[int(np.argmax(offered))]
+    right = np.cross(upright, towards)
+    right /= np.linalg.norm(right)
+    return np.array([right, np.cross(towards, right), towards])
+
+
+def _main_direction(mesh: Mesh, symmetry: Symmetry) -> FloatArray:
+    """Return the unit vector along which a symmetry moves most."""
+    moved = np.where(symmetry.source[:, None], mesh.vertices[symmetry.point_map] - mesh.vertices, 0.0)
+    main: FloatArray = np.linalg.eigh(moved.T @ (mesh.vertex_areas[:, None] * moved))[1][:, -1]
+    return main
+
+
+def _one_side(mesh: Mesh, symmetry: Symmetry) -> BoolArray:
     """Say which vertices lie on one side of the surface that a reflection fixes, roughly: by the main way they move."""
     moved = mesh.vertices[symmetry.point_map] - mesh.vertices
-    main = np.linalg.eigh(moved.T @ (mesh.vertex_areas[:, None] * moved))[1][:, -1]
-    side: FloatArray = moved @ main > 0
+    side: BoolArray = moved @ _main_direction(mesh, symmetry) > 0
     return side
 
 
-def _telling_side(mesh: Mesh, sources: IntArray, images: IntArray, up: Axis) -> str:
+def _telling_side(mesh: Mesh, sources: IntArray, images: IntArray, up: Axis) -> Direction:
     """Return the side from which correspondences are seen longest, one from above or below only if much longer."""
     moved = mesh.vertices[images] - mesh.vertices[sources]
     seen = {side: float(np.linalg.norm(moved @ camera(side, up=up)[:2].T, axis=1).sum()) for side in SIDES}
@@ -211,9 +269,3 @@ def _row(name: str, found: Symmetry) -> str:
     cells = "".join(f"<td>{getattr(found, column):.3f}</td>" for column in _COLUMNS)
     group, follows = (str(n + 1) if n >= 0 else "–" for n in (found.group, found.implied_by))
     return f'<tr><th scope="row">{escape(name)}</th><td>{group}</td><td>{follows}</td>{cells}</tr>'
-
-
-def _shown(value: object) -> str:
-    if isinstance(value, dict):
-        return ", ".join(f"{str(name).replace('_', ' ')} {number}" for name, number in value.items())
-    return {True: "yes", False: "no"}[value] if isinstance(value, bool) else str(value)

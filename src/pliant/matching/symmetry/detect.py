@@ -7,8 +7,10 @@ from dataclasses import asdict, replace
 
 import numpy as np
 
+from ..._progress import progress_bar
 from ...errors import InputError
 from ...mesh import Mesh, vertex_components
+from ...mesh.fingerprint import MeshFingerprint
 from ...spectral import Spectrum, eigenbasis
 from ._frame import Frame
 from .mapping import Limits, Reflection, continuous_symmetry, search_reflections, voting_pairs
@@ -32,6 +34,7 @@ def detect_symmetries(
     limits: Limits | None = None,
     cache: str | os.PathLike[str] | None = None,
     rng: int | np.random.Generator | None = None,
+    progress: bool = False,
 ) -> SymmetryResult:
     """Find the intrinsic symmetries of a surface, those that bending leaves: reflections, and limbs that are alike.
 
@@ -53,6 +56,8 @@ def detect_symmetries(
         Folder to keep the eigenpairs in.
     rng : int or numpy.random.Generator, optional
         Draws the first sample; by default it is the point farthest out, and nothing is random.
+    progress : bool
+        Tell how far it is: a bar on a terminal, plain lines elsewhere.
 
     Returns
     -------
@@ -95,32 +100,39 @@ def detect_symmetries(
     """
     limits = limits or Limits()
     settings = {"samples": int(samples), "k": int(k), "parts": bool(parts), "limits": asdict(limits)}
+    fingerprint = MeshFingerprint.of(mesh)
     pieces, _ = vertex_components(mesh)
     if pieces > 1:
         reason = (
             f"the surface has {pieces} pieces; copies of a piece are out of reach, take "
             "pliant.largest_component(mesh)"
         )
-        return SymmetryResult((), (reason,), settings)
+        return SymmetryResult((), (reason,), settings, fingerprint)
     if mesh.n_vertices < _FEWEST_VERTICES:
         message = f"the search needs {_FEWEST_VERTICES} vertices at least, got {mesh.n_vertices}"
         raise InputError(message)
     if spectrum is None:
-        spectrum = eigenbasis(mesh, min(_EIGENPAIRS, mesh.n_vertices // 3), cache=cache)
+        pairs = min(_EIGENPAIRS, mesh.n_vertices // 3)
+        spectrum = eigenbasis(mesh, pairs, cache=cache, progress=progress)
     frame = Frame(mesh, spectrum)
     reason = continuous_symmetry(frame)
     if reason:
-        return SymmetryResult((), (reason,), settings)
-    voters = voting_pairs(frame, samples, rng)
-    found = search_reflections(frame, voters, k, limits)
-    whole = sorted((_global(r, limits) for r in found.reflections), key=lambda s: -s.confidence)
-    others = search_parts(frame, voters, [one.point_map for one in whole]) if parts else None
+        return SymmetryResult((), (reason,), settings, fingerprint)
+    # Voting, the whole, and its parts, each in its turn.
+    with progress_bar("symmetries", 2 + parts, show=progress) as advance:
+        voters = voting_pairs(frame, samples, rng)
+        advance()
+        found = search_reflections(frame, voters, k, limits)
+        whole = sorted((_global(r, limits) for r in found.reflections), key=lambda s: -s.confidence)
+        advance()
+        others = search_parts(frame, voters, [one.point_map for one in whole]) if parts else None
     every = [*whole, *(others.symmetries if others else ())]
     groups = group_symmetries(every, spectrum)
     return SymmetryResult(
         tuple(replace(one, group=int(group)) for one, group in zip(every, groups, strict=True)),
         (*found.reasons, *(others.reasons if others else ())),
         settings,
+        fingerprint,
     )
 
 

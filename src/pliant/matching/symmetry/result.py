@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import os
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any, Literal
 
@@ -14,13 +14,17 @@ import scipy.sparse as sp
 
 from ..._arrays import BoolArray, FloatArray, IntArray, frozen
 from ...errors import FileFormatError, InputError
+from ...mesh import Mesh
 from ...mesh.arrays import load_arrays, save_arrays
+from ...mesh.fingerprint import MeshFingerprint
 from ...mesh.formats import write_atomically
 from ...spectral import Spectrum
 
 __all__ = ["Symmetry", "SymmetryResult"]
 
-_FORMAT = "pliant-symmetries-2"
+_FORMAT = "pliant-symmetries-3"
+# Counted places from 0, and named no mesh.
+_EARLIER = "pliant-symmetries-2"
 _ARRAYS = ("source", "target", "point_map", "fmap")
 _SIDES = ("source", "target")
 _LABELS = ("group", "implied_by")
@@ -112,6 +116,8 @@ class SymmetryResult:
         Why nothing was accepted.
     settings : mapping
         What the search was run with, JSON-ready.
+    mesh : MeshFingerprint or None
+        The mesh that was searched; None where it is not known.
 
     Examples
     --------
@@ -123,10 +129,36 @@ class SymmetryResult:
     symmetries: tuple[Symmetry, ...]
     reasons: tuple[str, ...]
     settings: Mapping[str, Any]
+    mesh: MeshFingerprint | None = None
 
     def __repr__(self) -> str:
         found = f"SymmetryResult({len(self.symmetries)} symmetries"
         return f"{found}; {'; '.join(self.reasons)})" if self.reasons else f"{found})"
+
+    def check_mesh(self, mesh: Mesh) -> None:
+        """Raise unless a mesh is the one that was searched; where that is not known, only vertices are counted.
+
+        Parameters
+        ----------
+        mesh : Mesh
+
+        Raises
+        ------
+        InputError
+            If it is another one, saying what differs.
+        """
+        own, other = self.mesh, MeshFingerprint.of(mesh)
+        n = own.vertices if own else next((len(s.point_map) for s in self.symmetries), other.vertices)
+        if n != other.vertices or (own and own.faces != other.faces):
+            has = f"{n} vertices" + (f" and {own.faces} faces" if own else "")
+            message = f"made on another mesh, of {has}; this one has {other.vertices} and {other.faces}"
+            raise InputError(message)
+        if own and own.sha256 != other.sha256:
+            message = (
+                f"made on another mesh of as many vertices ({n}) and faces ({other.faces}): positions or triangles "
+                f"differ (SHA-256 {own.sha256[:12]}… there, {other.sha256[:12]}… here)"
+            )
+            raise InputError(message)
 
     def save(self, folder: str | os.PathLike[str]) -> None:
         """Write ``symmetries.npz`` and ``symmetries.json`` into a folder, which is made where it is missing.
@@ -150,15 +182,19 @@ class SymmetryResult:
         write_atomically(path / "symmetries.json", text.encode())
 
     def as_json(self) -> dict[str, Any]:
-        """Return everything but the arrays, ready for :func:`json.dumps`."""
+        """Return everything but the arrays, ready for :func:`json.dumps`.
+
+        Symmetries and groups are numbered from 1, as in what the commands print and draw.
+        """
         rows = [
-            {"kind": s.kind}
+            {"number": i, "kind": s.kind}
             | {name: float(getattr(s, name)) for name in _NUMBERS}
-            | {name: int(getattr(s, name)) for name in _LABELS}
-            for s in self.symmetries
+            | {name: _counted(getattr(s, name)) for name in _LABELS}
+            for i, s in enumerate(self.symmetries, start=1)
         ]
         return {
             "format": _FORMAT,
+            "mesh": None if self.mesh is None else asdict(self.mesh),
             "settings": dict(self.settings),
             "reasons": list(self.reasons),
             "symmetries": rows,
@@ -185,16 +221,29 @@ class SymmetryResult:
         arrays = load_arrays(path / "symmetries.npz")
         try:
             stored = json.loads((path / "symmetries.json").read_text(encoding="utf-8"))
-            if stored["format"] != _FORMAT:
+            if stored["format"] == _EARLIER:
+                stored["symmetries"] = [_renumbered(row) for row in stored["symmetries"]]
+            elif stored["format"] != _FORMAT:
                 message = f"{path}: written by another version ({stored['format']}), not {_FORMAT}"
                 raise FileFormatError(message)
             symmetries = tuple(_stored(arrays, i, row) for i, row in enumerate(stored["symmetries"]))
-            return cls(symmetries, tuple(stored["reasons"]), dict(stored["settings"]))
+            known = stored.get("mesh")
+            mesh = None if known is None else MeshFingerprint.from_json(known)
+            return cls(symmetries, tuple(stored["reasons"]), dict(stored["settings"]), mesh)
         except FileFormatError:
             raise
         except (OSError, KeyError, TypeError, ValueError) as error:
             message = f"{path} does not hold stored symmetries, or they are damaged: {error}"
             raise FileFormatError(message) from error
+
+
+def _counted(place: int) -> int | None:
+    """Return a place counted from 1; None for none."""
+    return int(place) + 1 if place >= 0 else None
+
+
+def _renumbered(row: Mapping[str, Any]) -> dict[str, Any]:
+    return {**row, **{name: _counted(row[name]) for name in _LABELS}}
 
 
 def _stored(arrays: Mapping[str, Any], number: int, row: Mapping[str, Any]) -> Symmetry:
@@ -208,4 +257,6 @@ def _stored(arrays: Mapping[str, Any], number: int, row: Mapping[str, Any]) -> S
             )
             for side in _SIDES
         )
-    return Symmetry(**fields, **row)
+    given: dict[str, Any] = {name: row[name] for name in ("kind", *_NUMBERS)}
+    given |= {name: -1 if row[name] is None else row[name] - 1 for name in _LABELS}
+    return Symmetry(**fields, **given)

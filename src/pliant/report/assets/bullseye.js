@@ -30,25 +30,19 @@ function segmentMeans(values, segments) {
 
 /** Draw means by segment as SVG, in the colours given by a function of the value; `pick` is told the segment. */
 function drawBullseye(means, colour, caption, pick) {
-  const make = (name, attributes, text = "") => {
-    const made = document.createElementNS("http://www.w3.org/2000/svg", name);
-    for (const [key, value] of Object.entries(attributes)) made.setAttribute(key, value);
-    made.textContent = text;
-    return made;
-  };
   const spoken = means.slice(1).map((mean, i) => `segment ${i + 1}: ${readable(mean)}`).join(", ");
-  const svg = make("svg", { viewBox: "-160 -172 320 344", role: "img", "aria-label": `Bull's-eye of ${caption}. ${spoken}` });
+  const svg = element("svg", { viewBox: "-160 -172 320 344", role: "img", "aria-label": `Bull's-eye of ${caption}. ${spoken}` });
   const add = (part, number, place) => {
     const fill = colour(means[number]);
     part.setAttribute("fill", fill.css);
-    part.append(make("title", {}, `Segment ${number}: ${readable(means[number])}`));
+    part.append(element("title", {}, `Segment ${number}: ${readable(means[number])}`));
     part.addEventListener("click", () => pick(number));
-    svg.append(part, make("text", { x: place[0].toFixed(1), y: place[1].toFixed(1), style: `fill:${fill.dark ? "#fff" : "#1b1f24"}`, "pointer-events": "none" }, String(number)));
+    svg.append(part, element("text", { x: place[0].toFixed(1), y: place[1].toFixed(1), style: `fill:${fill.dark ? "#fff" : "#1b1f24"}`, "pointer-events": "none" }, String(number)));
   };
   for (const part of BULLSEYE) {
-    add(make("path", { d: sector(part) }), part.number, onCircle((part.outer + part.inner) / 2, part.middle));
+    add(element("path", { d: sector(part) }), part.number, onCircle((part.outer + part.inner) / 2, part.middle));
   }
-  add(make("circle", { r: 30 }), 17, [0, 0]);
-  for (const [text, x, y] of [["anterior", 0, -163], ["inferior", 0, 163]]) svg.append(make("text", { x, y }, text));
+  add(element("circle", { r: 30 }), 17, [0, 0]);
+  for (const [text, x, y] of [["anterior", 0, -163], ["inferior", 0, 163]]) svg.append(element("text", { x, y }, text));
   return svg;
 }

@@ -47,7 +47,7 @@ function typed(value) {
 }
 
 function element(name, attributes = {}, text = "") {
-  const svg = ["svg", "rect", "line", "text", "g"].includes(name);
+  const svg = ["svg", "rect", "line", "text", "g", "path", "circle", "title"].includes(name);
   const made = svg ? document.createElementNS("http://www.w3.org/2000/svg", name) : document.createElement(name);
   for (const [key, value] of Object.entries(attributes)) made.setAttribute(key, value);
   made.textContent = text;

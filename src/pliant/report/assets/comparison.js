@@ -1,17 +1,5 @@
 /* Two SurfaceViews beside each other: what they show, how they turn, what is picked, mirror images, bull's-eyes. */
 
-/** A SurfaceView with a second marker: where a map takes the picked vertex. */
-class PairedView extends SurfaceView {
-  drawMarker(ratio) {
-    super.drawMarker(ratio);
-    if (this.mirrored === null || this.mirrored === undefined) return;
-    const marked = this.marked;
-    this.marked = this.mirrored;
-    super.drawMarker(ratio * 0.7);
-    this.marked = marked;
-  }
-}
-
 class Pane {
   constructor(place, board) {
     this.place = place;
@@ -20,11 +8,13 @@ class Pane {
     this.chooser = place.querySelector("select");
     this.chooser.addEventListener("change", () => this.show(Number(this.chooser.value)).catch((error) => this.fail(error)));
     this.picked = null;
+    this.key = new ColourKey(place.querySelector(".key"), (value) => board.highlight(value));
   }
 
   fail(error) {
     const note = this.place.querySelector(".loading");
     note.hidden = false;
+    console.error(error);
     note.textContent = `The surface cannot be shown: ${error.message}`;
   }
 
@@ -38,7 +28,7 @@ class Pane {
     if (this.view) this.view.gl.getExtension("WEBGL_lose_context")?.loseContext();
     this.info = info;
     this.data = data;
-    this.view = new PairedView(canvas, data.positions, data.faces, info.missing);
+    this.view = new SurfaceView(canvas, data.positions, data.faces, info.missing);
     this.view.onpick = (vertex) => this.board.pick(this, vertex);
     this.view.onreset = () => this.board.look(info.first);
     this.view.ondraw = () => {
@@ -47,6 +37,9 @@ class Pane {
     };
     this.picked = null;
     this.place.querySelector(".readout").replaceChildren();
+    const cautions = this.place.querySelector(".cautions");
+    cautions.hidden = !info.notes.length;
+    cautions.replaceChildren(...info.notes.map((text) => element("p", {}, text)));
     this.place.querySelector(".loading").hidden = true;
     this.look(info.first);
     this.board.changed();
@@ -56,7 +49,6 @@ class Pane {
   look(side) {
     this.board.turning = true;
     this.view.look(this.info.cameras[side]);
-    this.filling = this.view.zoom;
     this.board.turning = false;
   }
 
@@ -66,25 +58,37 @@ class Pane {
     return at < 0 ? null : { about: this.info.layers[at], values: this.data.layers[at] };
   }
 
-  paint(name, low, high, logarithmic, table) {
-    const layer = this.layer(name);
-    this.view.useTable(table);
+  /** Show a layer: labels in their colours, one alone if it is chosen; values as `scale` says. */
+  paint(name, scale, chosen) {
+    const layer = this.layer(name), labels = layer && layer.about.labels;
+    if (labels) {
+      const known = labels.values.includes(chosen) ? chosen : null;
+      this.view.paint(placedLabels(layer.values, labels), true);
+      this.view.useTable(labelTable(labels, known));
+      this.key.legend(layer.about, this.info.count, known);
+      this.bullseye(layer, name, (value) => labels.colours[labels.values.indexOf(value)]);
+      return;
+    }
+    this.view.useTable(scale.table);
     const values = layer ? layer.values : new Float32Array(this.info.count).fill(NaN);
-    this.view.paint(placed(values, low, high, logarithmic));
-    const told = this.place.querySelector(".told");
-    told.textContent = layer ? `${name}: first colour ${readable(low)}, last ${readable(high)}.` : `This surface has no values called ${name}.`;
-    this.bullseye(layer, name, low, high, logarithmic, table);
+    const place = (value) => placed([value], scale.low, scale.high, scale.logarithmic)[0];
+    this.view.paint(placed(values, scale.low, scale.high, scale.logarithmic));
+    if (layer) this.key.bar(layer.about, values, scale);
+    else this.key.place.replaceChildren(element("p", { class: "hint" }, `This surface has no values called ${name}; it is grey.`));
+    this.bullseye(layer, name, (value) => {
+      const at = 3 * Math.round(255 * Math.min(Math.max(place(value), 0), 1));
+      return `#${Array.from(scale.table.slice(at, at + 3), (part) => part.toString(16).padStart(2, "0")).join("")}`;
+    });
   }
 
-  bullseye(layer, name, low, high, logarithmic, table) {
+  /** The bull's-eye of the means by segment, in the colours that the surface has. */
+  bullseye(layer, name, colourOf) {
     const place = this.place.querySelector(".bullseye");
     place.hidden = !(this.data.segments && layer);
     if (place.hidden) return;
     const colour = (value) => {
-      if (!Number.isFinite(value)) return { css: "#c9ced4", dark: false };
-      const at = Math.round(255 * Math.min(Math.max(placed([value], low, high, logarithmic)[0], 0), 1));
-      const [r, g, b] = table.slice(3 * at, 3 * at + 3);
-      return { css: `rgb(${r} ${g} ${b})`, dark: 0.3 * r + 0.59 * g + 0.11 * b < 130 };
+      const css = Number.isFinite(value) && colourOf(value) || "#c9ced4", [r, g, b] = rgbOf(css);
+      return { css, dark: 0.3 * r + 0.59 * g + 0.11 * b < 130 };
     };
     const first = (number) => this.data.segments.indexOf(number);
     place.replaceChildren(drawBullseye(segmentMeans(layer.values, this.data.segments), colour, name, (number) => {
@@ -123,7 +127,10 @@ class Pane {
     row("Vertex", String(vertex));
     if (map !== null && this.data.maps[map]) row(this.info.maps[map].name, image >= 0 ? `vertex ${image}` : "none here");
     if (this.data.segments) row("AHA segment", this.data.segments[vertex] ? String(this.data.segments[vertex]) : "none (base)");
-    this.info.layers.forEach((layer, i) => row(layer.name, readable(this.data.layers[i][vertex])));
+    this.info.layers.forEach(({ name, labels }, i) => {
+      const value = this.data.layers[i][vertex];
+      row(name, labels ? labels.names[labels.values.indexOf(value)] ?? "no value" : readable(value));
+    });
     table.append(body);
     const charts = this.data.histograms.map((values, i) => {
       const bins = this.info.bins[i], edges = Array.from({ length: bins + 1 }, (_, bin) => bin);
@@ -138,6 +145,7 @@ class Board {
     this.infos = infos;
     this.kept = new Map();
     this.map = null;
+    this.chosen = null;
     this.turning = false;
     this.panes = [...document.querySelectorAll(".pane")].map((place) => new Pane(place, this));
   }
@@ -160,13 +168,15 @@ class Board {
   async start() {
     this.tables = {};
     for (const [name, table] of Object.entries(this.infos[0].tables)) this.tables[name] = await unpack(table);
-    for (const id of ["layer", "map", "scale", "common"]) byId(id).addEventListener("change", () => this.paint());
+    for (const id of ["map", "scale", "common"]) byId(id).addEventListener("change", () => this.paint());
+    byId("layer").addEventListener("change", () => this.highlight(null));
     byId("linked").addEventListener("change", () => this.turned(this.panes[0]));
     for (const button of document.querySelectorAll("[data-side]")) button.addEventListener("click", () => this.look(button.dataset.side));
     byId("previous").addEventListener("click", () => this.step(-1));
     byId("next").addEventListener("click", () => this.step(1));
     for (const id of ["linked", "common"]) byId(id).closest(".check").hidden = this.panes.length < 2;
     for (const pane of this.panes) await pane.show(Number(pane.chooser.value));
+    if (!byId("stepper").hidden) this.step(1);
     window.pliant = this; // for scripts and tests
     document.documentElement.dataset.ready = "true";
   }
@@ -184,6 +194,12 @@ class Board {
     this.paint();
   }
 
+  /** Show one label alone, on every surface that has it; all with null. */
+  highlight(value) {
+    this.chosen = value;
+    this.paint();
+  }
+
   limits(pane, name, logarithmic) {
     const about = pane.layer(name)?.about;
     if (!about) return [0, 1];
@@ -192,6 +208,8 @@ class Board {
 
   paint() {
     const shown = this.panes.filter((pane) => pane.view), name = byId("layer").value;
+    const labelled = shown.every((pane) => !pane.layer(name) || pane.layer(name).about.labels);
+    for (const id of ["map", "scale", "common"]) byId(id).disabled = labelled;
     const positive = shown.every((pane) => !pane.layer(name) || pane.layer(name).about.low_positive > 0);
     byId("scale").querySelector("[value=log]").disabled = !positive;
     if (!positive) byId("scale").value = "linear";
@@ -201,7 +219,7 @@ class Board {
     const both = [Math.min(...having.map((ends) => ends[0])), Math.max(...having.map((ends) => ends[1]))];
     shown.forEach((pane, i) => {
       const [low, high] = byId("common").checked ? both : own[i];
-      pane.paint(name, low, high > low ? high : low + 1, logarithmic, table);
+      pane.paint(name, { low, high: high > low ? high : low + 1, logarithmic, table }, this.chosen);
     });
   }
 
@@ -214,13 +232,14 @@ class Board {
     if (this.turning || !byId("linked").checked) return;
     for (const other of this.panes) {
       if (other === pane || !other.view) continue;
-      const zoom = other.filling * pane.view.zoom / pane.filling, rotation = pane.view.rotation;
-      const same = other.view.rotation.flat().every((value, i) => value === rotation.flat()[i]) && other.view.zoom === zoom;
-      if (same) continue;
+      const view = other.view, rotation = pane.view.rotation, enlarged = pane.view.enlarged;
+      if (view.rotation.flat().every((value, i) => value === rotation.flat()[i]) && view.enlarged === enlarged) continue;
       this.turning = true;
-      other.view.rotation = rotation.map((row) => row.slice());
-      other.view.zoom = zoom;
-      other.view.draw();
+      view.rotation = rotation.map((row) => row.slice());
+      view.enlarged = enlarged;
+      view.keepInside();
+      if (pane.view.motion.moving) view.motion.stir();
+      view.draw(view.motion.detail);
       this.turning = false;
     }
   }

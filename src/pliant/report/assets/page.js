@@ -1,26 +1,34 @@
-"use strict";
+/* The page around one SurfaceView: joins the controls, what colours mean and the read-outs to it. */
 
-/* The page around one SurfaceView: joins the controls, the colour bar and the read-outs to it. */
-
-class Page {
+class LayerPage extends SurfacePage {
   constructor(info, view, layers, histograms, tables) {
-    Object.assign(this, { info, view, layers, histograms, tables });
-    this.count = view.positions.length / 3;
-    this.layer = 0;
+    super(info, view);
+    Object.assign(this, { layers, histograms, tables, layer: 0, chosen: null });
+    this.key = new ColourKey(byId("key"), (value) => {
+      this.chosen = value;
+      this.paint();
+    });
   }
 
-  /** Put the chosen layer on the surface between the chosen limits. */
+  /** Put the chosen layer on the surface: labels in their own colours, values between the chosen limits. */
   paint() {
+    const layer = this.info.layers[this.layer], values = this.layers[this.layer];
+    if (layer.labels) {
+      this.view.paint(placedLabels(values, layer.labels), true);
+      this.view.useTable(labelTable(layer.labels, this.chosen));
+      this.key.legend(layer, this.count, this.chosen);
+      return;
+    }
     const logarithmic = byId("scale").value === "log";
-    const ends = [byId("low"), byId("high")].map((input) => Number(input.value));
-    const valid = ends[0] < ends[1] && !(logarithmic && ends[0] <= 0);
+    const [low, high] = ["low", "high"].map((id) => Number(byId(id).value));
+    const valid = low < high && !(logarithmic && low <= 0);
     byId("limits-error").hidden = valid;
     for (const id of ["low", "high"]) byId(id).setAttribute("aria-invalid", String(!valid));
     if (!valid) return;
-    this.view.paint(placed(this.layers[this.layer], ends[0], ends[1], logarithmic));
-    const middle = logarithmic ? Math.sqrt(ends[0] * ends[1]) : (ends[0] + ends[1]) / 2;
-    [ends[0], middle, ends[1]].forEach((value, i) => { byId("bar-ticks").children[i].textContent = readable(value); });
-    byId("bar").setAttribute("aria-label", `Colour bar, ${this.info.layers[this.layer].name}: ${readable(ends[0])} to ${readable(ends[1])}`);
+    const table = this.tables[byId("map").value];
+    this.view.paint(placed(values, low, high, logarithmic));
+    this.view.useTable(table);
+    this.key.bar(layer, values, { low, high, logarithmic, table });
   }
 
   /** Set the limits to the layer's own: percentiles, or for logarithms its positive ones. */
@@ -38,22 +46,14 @@ class Page {
     const layer = this.info.layers[this.layer], log = byId("scale").querySelector("[value=log]");
     log.disabled = !(layer.low_positive > 0 && layer.low_positive < layer.high);
     if (log.disabled) byId("scale").value = "linear";
-    byId("bar-label").textContent = layer.name;
-    byId("bar-note").textContent = layer.missing ? `Grey: no value (${layer.missing} vertices).` : "";
+    byId("continuous").hidden = Boolean(layer.labels);
+    this.chosen = null;
     this.resetLimits();
-  }
-
-  chooseTable() {
-    const bytes = this.tables[byId("map").value];
-    byId("bar").style.backgroundImage = gradient(bytes);
-    this.view.useTable(bytes);
   }
 
   /** Show a vertex: its number, position, values, their ranks, and its histograms. */
   select(vertex) {
-    this.view.mark(vertex);
-    byId("vertex").value = vertex;
-    byId("vertex-error").hidden = true;
+    super.select(vertex);
     const rows = byId("readout");
     rows.replaceChildren();
     const row = (name, text, note = "") => {
@@ -66,9 +66,14 @@ class Page {
     const position = this.view.positionOf(vertex).map((value) => value.toFixed(this.info.decimals).replace("-", "−"));
     row(`Position${this.info.unit ? ` (${this.info.unit})` : ""}`, position.join(", "));
     this.layers.forEach((values, i) => {
+      const { name, labels } = this.info.layers[i];
+      if (labels) {
+        row(name, labels.names[labels.values.indexOf(values[vertex])] ?? "no value");
+        return;
+      }
       const known = values.filter(Number.isFinite), below = known.filter((value) => value < values[vertex]).length;
       const rank = Number.isFinite(values[vertex]) ? `percentile ${(100 * below / known.length).toFixed(1)}` : "";
-      row(this.info.layers[i].name, readable(values[vertex]), rank);
+      row(name, readable(values[vertex]), rank);
     });
     const bins = this.info.edges.length - 1, drawn = this.histograms.map((values, i) => drawHistogram(
       this.info.histograms[i], Array.from(values.subarray(vertex * bins, (vertex + 1) * bins)), this.info.edges));
@@ -77,61 +82,22 @@ class Page {
     byId("picked").hidden = false;
   }
 
-  selectTyped() {
-    const text = byId("vertex").value.trim(), vertex = Number(text);
-    const valid = text !== "" && Number.isInteger(vertex) && vertex >= 0 && vertex < this.count;
-    byId("vertex-error").hidden = valid;
-    byId("vertex").setAttribute("aria-invalid", String(!valid));
-    if (!valid) return;
-    this.view.face(vertex);
-    this.select(vertex);
-  }
-
-  look(side) {
-    this.view.look(this.info.cameras[side]);
-  }
-
   join() {
+    super.join();
     byId("layer").addEventListener("change", () => this.chooseLayer());
-    byId("map").addEventListener("change", () => this.chooseTable());
+    byId("map").addEventListener("change", () => this.paint());
     byId("scale").addEventListener("change", () => this.resetLimits());
     for (const id of ["low", "high"]) byId(id).addEventListener("change", () => this.paint());
     byId("reset-limits").addEventListener("click", () => this.resetLimits());
-    byId("vertex-form").addEventListener("submit", (event) => {
-      event.preventDefault();
-      this.selectTyped();
-    });
-    for (const button of document.querySelectorAll("[data-side]")) {
-      button.addEventListener("click", () => this.look(button.dataset.side));
-    }
-    this.view.onpick = (vertex) => this.select(vertex);
-    this.view.onreset = () => this.look(this.info.first);
-    this.view.ondraw = () => drawRuler(this.view, byId("scale-bar"), byId("scale-text"), this.info.unit);
   }
 }
 
-async function start() {
-  if (!("DecompressionStream" in window)) throw new Error("This browser cannot unpack the data.");
-  const info = JSON.parse(byId("surface-data").textContent);
-  const [positions, codes, ...arrays] = await Promise.all(
-    [info.positions, info.faces, ...info.layers.map((layer) => layer.values), ...info.histogramArrays].map(unpack));
-  const tables = {};
+startPage(async (info, view, layers) => {
+  const histograms = await Promise.all(info.histogramArrays.map(unpack)), tables = {};
   for (const [name, packed] of Object.entries(info.tables)) tables[name] = await unpack(packed);
-  const view = new SurfaceView(byId("canvas"), positions, undelta(codes), info.missing);
-  const page = new Page(info, view, arrays.slice(0, info.layers.length), arrays.slice(info.layers.length), tables);
+  const page = new LayerPage(info, view, layers, histograms, tables);
   page.join();
-  page.chooseTable();
   page.chooseLayer();
-  page.look(info.first);
-  byId("canvas").addEventListener("webglcontextlost", () => fail(new Error("The graphics driver stopped.")));
-  byId("loading").hidden = true;
-  window.pliant = { view, page }; // for scripts and tests
-  document.documentElement.dataset.ready = "true";
-}
-
-function fail(error) {
-  byId("loading").hidden = false;
-  byId("loading").textContent = `The surface cannot be shown: ${error.message} Open the page in a browser from 2023 or later with WebGL 2 turned on. The tables below hold the summary.`;
-}
-
-start().catch(fail);
+  page.look(page.first);
+  return page;
+});

@@ -1,107 +1,10 @@
-"use strict";
-
 /*
  * SurfaceView draws a triangle mesh with one colour value a vertex on a canvas (WebGL 2), turns it, and says which
  * vertex is under the pointer. The projection is orthographic, so a length on the screen is a length on the shape.
  * View coordinates: x right, y up, z towards the viewer. `rotation` holds them as rows of a 3 x 3 matrix.
  */
 
-const SURFACE_VERTEX = `#version 300 es
-uniform mat3 rotation;
-uniform vec3 centre;
-uniform vec2 scale, pan;
-uniform float reach;
-in vec3 position, normal;
-in vec2 colour;                 // place in the colour map, and 1 where there is a value
-out vec3 turned;
-out vec2 shown;
-void main() {
-  vec3 seen = rotation * (position - centre);
-  turned = rotation * normal;
-  shown = colour;
-  gl_Position = vec4(seen.xy * scale + pan, -seen.z / reach, 1.0);
-}`;
-
-const SURFACE_FRAGMENT = `#version 300 es
-precision highp float;
-uniform sampler2D table;
-uniform vec3 missing;
-in vec3 turned;
-in vec2 shown;
-out vec4 pixel;
-const vec3 KEY = normalize(vec3(-0.38, 0.52, 0.77));
-void main() {
-  vec3 direction = normalize(gl_FrontFacing ? turned : -turned);
-  float light = 0.30 + 0.46 * max(dot(direction, KEY), 0.0) + 0.30 * max(direction.z, 0.0);
-  float place = (clamp(shown.x, 0.0, 1.0) * 255.0 + 0.5) / 256.0;
-  vec3 colour = shown.y > 0.999 ? texture(table, vec2(place, 0.5)).rgb : missing;
-  pixel = vec4(min(colour * light, 1.0), 1.0);
-}`;
-
-const MARKER_VERTEX = `#version 300 es
-uniform mat3 rotation;
-uniform vec3 centre, marked;
-uniform vec2 scale, pan;
-uniform float reach, size;
-void main() {
-  vec3 seen = rotation * (marked - centre);
-  gl_Position = vec4(seen.xy * scale + pan, -seen.z / reach - 0.01, 1.0);
-  gl_PointSize = size;
-}`;
-
-const MARKER_FRAGMENT = `#version 300 es
-precision highp float;
-uniform float opacity;
-out vec4 pixel;
-void main() {
-  float radius = length(gl_PointCoord - 0.5) * 2.0;
-  if (radius > 1.0) discard;
-  vec3 colour = radius > 0.78 ? vec3(0.1) : (radius > 0.5 ? vec3(1.0) : vec3(0.78, 0.10, 0.16));
-  pixel = vec4(colour * opacity, opacity);
-}`;
-
-/** Area-weighted unit normals of a mesh. */
-function vertexNormals(positions, faces) {
-  const normals = new Float32Array(positions.length);
-  for (let f = 0; f < faces.length; f += 3) {
-    const a = 3 * faces[f], b = 3 * faces[f + 1], c = 3 * faces[f + 2];
-    const ux = positions[b] - positions[a], uy = positions[b + 1] - positions[a + 1], uz = positions[b + 2] - positions[a + 2];
-    const vx = positions[c] - positions[a], vy = positions[c + 1] - positions[a + 1], vz = positions[c + 2] - positions[a + 2];
-    const nx = uy * vz - uz * vy, ny = uz * vx - ux * vz, nz = ux * vy - uy * vx;
-    for (const corner of [a, b, c]) {
-      normals[corner] += nx;
-      normals[corner + 1] += ny;
-      normals[corner + 2] += nz;
-    }
-  }
-  for (let i = 0; i < normals.length; i += 3) {
-    const length = Math.hypot(normals[i], normals[i + 1], normals[i + 2]) || 1;
-    normals[i] /= length;
-    normals[i + 1] /= length;
-    normals[i + 2] /= length;
-  }
-  return normals;
-}
-
-/** Centre of the bounding box, and the radius of the sphere about it that holds every vertex. */
-function boundingSphere(positions) {
-  const low = [Infinity, Infinity, Infinity], high = [-Infinity, -Infinity, -Infinity];
-  for (let i = 0; i < positions.length; i++) {
-    const axis = i % 3;
-    if (positions[i] < low[axis]) low[axis] = positions[i];
-    if (positions[i] > high[axis]) high[axis] = positions[i];
-  }
-  const centre = low.map((value, axis) => (value + high[axis]) / 2);
-  let radius = 0;
-  for (let i = 0; i < positions.length; i += 3) {
-    radius = Math.max(radius, Math.hypot(positions[i] - centre[0], positions[i + 1] - centre[1], positions[i + 2] - centre[2]));
-  }
-  return { centre, radius: radius || 1 };
-}
-
-const dot = (a, b) => a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
-const cross = (a, b) => [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]];
-const unit = (a) => a.map((value) => value / (Math.hypot(...a) || 1));
+const COARSE = 16000; // triangles, about, of a coarse copy
 
 class SurfaceView {
   /**
@@ -113,7 +16,9 @@ class SurfaceView {
   constructor(canvas, positions, faces, missing) {
     const gl = canvas.getContext("webgl2", { antialias: true, preserveDrawingBuffer: true });
     if (!gl) throw new Error("This browser cannot draw WebGL 2 here.");
-    Object.assign(this, { canvas, gl, positions, faces, marked: null, pan: [0, 0], zoom: 1, waiting: false });
+    Object.assign(this, { canvas, gl, positions, faces, marked: null, mirrored: null, pan: [0, 0], waiting: false });
+    Object.assign(this, { base: 1, enlarged: 1 }); // how large it is where it just fits, and how much larger it was made
+    Object.assign(this, { coarse: null, motion: new Motion(gl, () => this.redraw()) });
     Object.assign(this, boundingSphere(positions));
     this.normals = vertexNormals(positions, faces);
     this.rotation = [[1, 0, 0], [0, 1, 0], [0, 0, 1]];
@@ -124,15 +29,19 @@ class SurfaceView {
     this.attribute("position", positions, 3);
     this.attribute("normal", this.normals, 3);
     this.colours = this.attribute("colour", new Float32Array(positions.length / 3 * 2), 2);
-    gl.bindBuffer(gl.ELEMENT_ARRAY_BUFFER, gl.createBuffer());
-    gl.bufferData(gl.ELEMENT_ARRAY_BUFFER, faces, gl.STATIC_DRAW);
     gl.bindVertexArray(null);
+    this.index = gl.createBuffer();
+    this.order(faces);
+    this.farthest = extremes(positions, this.centre);
     gl.bindTexture(gl.TEXTURE_2D, gl.createTexture());
     for (const name of ["MIN_FILTER", "MAG_FILTER"]) gl.texParameteri(gl.TEXTURE_2D, gl["TEXTURE_" + name], gl.LINEAR);
     for (const name of ["WRAP_S", "WRAP_T"]) gl.texParameteri(gl.TEXTURE_2D, gl["TEXTURE_" + name], gl.CLAMP_TO_EDGE);
     gl.useProgram(this.surface.program);
     gl.uniform3fv(this.surface.at("missing"), missing);
-    new ResizeObserver(() => this.redraw()).observe(canvas);
+    new ResizeObserver(() => {
+      if (canvas.clientWidth) this.base = this.filling;
+      this.redraw();
+    }).observe(canvas);
     this.listen();
   }
 
@@ -159,9 +68,24 @@ class SurfaceView {
     return buffer;
   }
 
-  /** Give every vertex its place in the colour map (0 to 1, may overshoot) and whether it has a value (1 or 0). */
-  paint(pairs) {
+  /** Put triangles on the card. */
+  order(faces, index = this.index) {
     const gl = this.gl;
+    gl.bindVertexArray(this.shape);
+    gl.bindBuffer(gl.ELEMENT_ARRAY_BUFFER, index);
+    gl.bufferData(gl.ELEMENT_ARRAY_BUFFER, faces, gl.STATIC_DRAW);
+    gl.bindVertexArray(null);
+  }
+
+  /**
+   * Give every vertex its place in the colour map (0 to 1, may overshoot) and whether it has a value (1 or 0). Labels
+   * are not mixed within a triangle.
+   */
+  paint(pairs, labelled = false) {
+    const gl = this.gl;
+    if (labelled) this.order(facesByLabel(this.faces, pairs));
+    gl.useProgram(this.surface.program);
+    gl.uniform1i(this.surface.at("labelled"), Number(labelled));
     gl.bindBuffer(gl.ARRAY_BUFFER, this.colours);
     gl.bufferSubData(gl.ARRAY_BUFFER, 0, pairs);
     this.redraw();
@@ -177,7 +101,7 @@ class SurfaceView {
 
   /** Screen pixels for each unit of length. */
   get density() {
-    return 0.48 * Math.min(this.canvas.clientWidth, this.canvas.clientHeight) / this.radius * this.zoom;
+    return this.base * this.enlarged;
   }
 
   redraw() {
@@ -185,12 +109,25 @@ class SurfaceView {
     this.waiting = true;
     requestAnimationFrame(() => {
       this.waiting = false;
-      this.draw();
+      if (this.motion.moving && this.motion.busy) this.redraw();
+      else this.draw(this.motion.detail);
     });
   }
 
-  draw() {
-    const { gl, canvas } = this, ratio = Math.min(window.devicePixelRatio || 1, 2);
+  /** The triangles to draw, few of them if wanted; returns how many corners. */
+  bindFaces(coarse) {
+    const gl = this.gl;
+    if (coarse && !this.coarse) {
+      this.coarse = { index: gl.createBuffer(), faces: coarserFaces(this.positions, this.faces, COARSE) };
+      this.order(this.coarse.faces, this.coarse.index);
+    }
+    gl.bindVertexArray(this.shape);
+    gl.bindBuffer(gl.ELEMENT_ARRAY_BUFFER, coarse ? this.coarse.index : this.index);
+    return coarse ? this.coarse.faces.length : this.faces.length;
+  }
+
+  draw(detail = DETAILS[0]) {
+    const { gl, canvas } = this, ratio = Math.min(window.devicePixelRatio || 1, 2) * detail.pixels;
     const width = Math.round(canvas.clientWidth * ratio), height = Math.round(canvas.clientHeight * ratio);
     if (!width || !height) return;
     if (canvas.width !== width || canvas.height !== height) Object.assign(canvas, { width, height });
@@ -200,19 +137,20 @@ class SurfaceView {
     gl.enable(gl.DEPTH_TEST);
     gl.depthFunc(gl.LEQUAL);
     this.place(this.surface);
-    gl.bindVertexArray(this.shape);
-    gl.drawElements(gl.TRIANGLES, this.faces.length, gl.UNSIGNED_INT, 0);
+    gl.drawElements(gl.TRIANGLES, this.bindFaces(detail.coarse && this.faces.length > 6 * COARSE), gl.UNSIGNED_INT, 0);
     gl.bindVertexArray(null);
-    if (this.marked !== null) this.drawMarker(ratio);
+    if (this.marked !== null) this.drawMarker(this.marked, 15 * ratio);
+    if (this.marked !== null && this.mirrored !== null) this.drawMarker(this.mirrored, 10.5 * ratio);
+    this.motion.submitted();
     if (this.ondraw) this.ondraw();
   }
 
   /** In full where it is in sight, faintly through the surface that hides it. */
-  drawMarker(ratio) {
+  drawMarker(vertex, size) {
     const gl = this.gl;
     this.place(this.marker);
-    gl.uniform3fv(this.marker.at("marked"), this.positionOf(this.marked));
-    gl.uniform1f(this.marker.at("size"), 15 * ratio);
+    gl.uniform3fv(this.marker.at("marked"), this.positionOf(vertex));
+    gl.uniform1f(this.marker.at("size"), size);
     gl.enable(gl.BLEND);
     gl.blendFunc(gl.ONE, gl.ONE_MINUS_SRC_ALPHA);
     gl.depthMask(false);
@@ -288,18 +226,24 @@ class SurfaceView {
   look(rotation) {
     this.rotation = rotation.map((row) => row.slice());
     this.pan = [0, 0];
-    this.zoom = 1;
-    const [width, height] = [0, 1].map((row) => {
-      let low = Infinity, high = -Infinity;
-      for (let i = 0; i < this.positions.length; i += 3) {
-        const place = dot(rotation[row], this.positions.subarray(i, i + 3));
-        low = Math.min(low, place);
-        high = Math.max(high, place);
-      }
-      return Math.max(high - low, 1e-3 * this.radius);
-    });
-    this.zoom = 0.92 * Math.min(this.canvas.clientWidth / width, this.canvas.clientHeight / height) / this.density;
+    this.enlarged = 1;
+    this.base = this.filling;
     this.redraw();
+  }
+
+  /** The density at which the shape just fits into the canvas, seen as it is. */
+  get filling() {
+    const [width, height] = [0, 1].map((row) => {
+      let most = 1e-3 * this.radius;
+      for (const spot of this.farthest) most = Math.max(most, Math.abs(dot(this.rotation[row], spot)));
+      return 2 * most;
+    });
+    return 0.92 * Math.min(this.canvas.clientWidth / width, this.canvas.clientHeight / height);
+  }
+
+  /** Nothing is cut off by turning, unless it was enlarged on purpose. */
+  keepInside() {
+    if (this.enlarged <= 1 && this.canvas.clientWidth) this.base = Math.min(this.base, this.filling);
   }
 
   /** Turn so that a vertex faces the viewer, keeping the image's up as it is where that is possible. */
@@ -310,6 +254,7 @@ class SurfaceView {
     if (Math.hypot(...right) < 1e-3) right = cross(this.rotation[2], towards);
     right = unit(right);
     this.rotation = [right, cross(towards, right), towards];
+    this.keepInside();
     const [x, y] = this.project(vertex), { clientWidth: width, clientHeight: height } = this.canvas;
     if (x < 0 || y < 0 || x > width || y > height) this.shift(width / 2 - x, height / 2 - y);
     this.redraw();
@@ -321,6 +266,7 @@ class SurfaceView {
     const turned = mix(this.rotation[2], this.rotation[0], -sideways);
     const up = unit(mix(this.rotation[1], turned, -down)), towards = unit(mix(turned, this.rotation[1], down));
     this.rotation = [unit(cross(up, towards)), up, towards];
+    this.keepInside();
     this.redraw();
   }
 
@@ -331,10 +277,10 @@ class SurfaceView {
 
   /** Zoom by a factor and keep the point (x, y) of the canvas where it is. */
   zoomBy(factor, x = this.canvas.clientWidth / 2, y = this.canvas.clientHeight / 2) {
-    const zoom = Math.min(Math.max(this.zoom * factor, 0.2), 60), change = zoom / this.zoom;
+    const enlarged = Math.min(Math.max(this.enlarged * factor, 0.2), 60), change = enlarged / this.enlarged;
     const fromCentre = [x - this.canvas.clientWidth / 2, y - this.canvas.clientHeight / 2];
     this.pan = this.pan.map((value, axis) => fromCentre[axis] - change * (fromCentre[axis] - value));
-    this.zoom = zoom;
+    this.enlarged = enlarged;
     this.redraw();
   }
 
@@ -355,6 +301,7 @@ class SurfaceView {
       if (!before) return;
       const now = spot(event), dx = now[0] - before[0], dy = now[1] - before[1];
       travelled += Math.hypot(dx, dy);
+      this.motion.stir();
       const other = [...pointers].find(([id]) => id !== event.pointerId);
       if (other) {
         const there = other[1], length = (p) => Math.hypot(p[0] - there[0], p[1] - there[1]) || 1;
@@ -378,6 +325,7 @@ class SurfaceView {
     canvas.addEventListener("contextmenu", (event) => event.preventDefault());
     canvas.addEventListener("wheel", (event) => {
       event.preventDefault();
+      this.motion.stir();
       this.zoomBy(Math.exp(-event.deltaY * (event.deltaMode ? 0.05 : 0.0015)), ...spot(event));
     }, { passive: false });
     canvas.addEventListener("keydown", (event) => this.key(event));
@@ -387,6 +335,7 @@ class SurfaceView {
     const step = Math.PI / 18, move = 24;
     const sides = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, -1], ArrowDown: [0, 1] };
     if (event.ctrlKey || event.altKey || event.metaKey) return;
+    if (event.key.startsWith("Arrow")) this.motion.stir();
     if (sides[event.key]) {
       const [x, y] = sides[event.key];
       if (event.shiftKey) this.shift(x * move, y * move);
