@@ -39,7 +39,8 @@ def progress_bar(description: str, total: float, *, show: bool) -> Iterator[Adva
         Whether the caller asked to be told. On a terminal that is a bar on standard error; elsewhere a line there
         after 2 seconds, another about every 10, and one at the end.
     """
-    if not show:
+    # Without a console there is no standard error at all.
+    if not show or sys.stderr is None:
         yield _silent
     elif sys.stderr.isatty():
         with _bar(description, total) as advance:

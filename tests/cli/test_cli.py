@@ -255,6 +255,31 @@ def test_a_reader_that_leaves_ends_it_quietly(sphere_file):
     assert done.stdout.strip() == "141"
 
 
+def in_the_shell(command: str) -> tuple[str, str]:
+    """Return what a command line, in which PLIANT is the program, says on both streams."""
+    line = command.replace("PLIANT", f"'{sys.executable}' -c '{ENTRY}'")
+    done = subprocess.run(["bash", "-c", line], capture_output=True, text=True, timeout=120, check=True)
+    return done.stdout.strip(), done.stderr.strip()
+
+
+def test_help_that_nobody_reads_ends_like_the_rest():
+    assert in_the_shell("PLIANT --help | true; echo ${PIPESTATUS[0]}") == ("141", "")
+
+
+def test_streams_that_are_closed_are_no_error(sphere_file):
+    # Without a place to write to, the interpreter has no standard output, or error, at all.
+    for closed in ("--help >&-", f"inspect '{sphere_file}' >&-", f"field '{sphere_file}' >&- 2>&-"):
+        assert in_the_shell(f"exec 3>&1; PLIANT {closed}; echo $? >&3") == ("0", "")
+
+
+def test_a_full_disk_is_said(sphere_file):
+    if not Path("/dev/full").exists():
+        pytest.skip("no /dev/full here")
+    said, complaint = in_the_shell(f"exec 3>&1; PLIANT inspect '{sphere_file}' > /dev/full; echo $? >&3")
+    assert said == "3"
+    assert complaint == "pliant: error: No space left on device"
+
+
 def test_an_interrupt_ends_with_130_and_no_traceback(sphere_file):
     code = (
         "import os, signal, sys, time, pliant; from pliant.cli import main\n"

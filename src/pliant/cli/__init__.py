@@ -7,7 +7,15 @@ import warnings
 from collections.abc import Sequence
 
 from ..errors import PliantError, PliantWarning
-from .ending import BAD_INPUT, INTERRUPTED, abandon_output, complain, explanation, show_warning
+from .ending import (
+    BAD_INPUT,
+    INTERRUPTED,
+    abandon_output,
+    complain,
+    explanation,
+    open_streams,
+    show_warning,
+)
 
 __all__ = ["main"]
 
@@ -31,6 +39,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     >>> main(["inspect", "no-such-mesh.ply"])
     3
     """
+    open_streams()
     with warnings.catch_warnings():
         warnings.simplefilter("always", PliantWarning)
         warnings.showwarning = show_warning
@@ -38,13 +47,14 @@ def main(arguments: Sequence[str] | None = None) -> int:
             code = _run(arguments)
             sys.stdout.flush()
         except KeyboardInterrupt:
-            complain("interrupted", "stopped before the end")
             code = INTERRUPTED
         except BrokenPipeError:
             code = abandon_output()
         except (PliantError, OSError, MemoryError) as error:
             complain("error", explanation(error))
             code = BAD_INPUT
+        if code == INTERRUPTED:
+            complain("interrupted", "stopped before the end")
     return code
 
 
@@ -54,5 +64,7 @@ def _run(arguments: Sequence[str] | None) -> int:
     try:
         app(args=arguments, prog_name="pliant")
     except SystemExit as ending:
-        return ending.code if isinstance(ending.code, int) else 0
+        code = ending.code if isinstance(ending.code, int) else 0
+        # No command ends with 1: the parser does, where nobody reads its help.
+        return abandon_output() if code == 1 else code
     return 0

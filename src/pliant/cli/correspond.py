@@ -9,19 +9,17 @@ import typer
 
 from .field import AsJson, Figure, MeshFile, Up
 from .files import write_figure, write_json, write_rows
-from .output import load_examined, say, say_json, show_facts, with_ending
+from .output import load_examined, named, say, say_json, show_facts
 
 if TYPE_CHECKING:
     from .. import Correspondence, Mesh
 
 
-def _table_file(path: Path | None) -> Path | None:
-    return with_ending(path, (".csv", ".json"))
-
-
 Pairs = Annotated[
     Path | None,
-    typer.Option("--output", "-o", metavar="OUT", callback=_table_file, help="Write the pairs: .csv, .json."),
+    typer.Option(
+        "--output", "-o", metavar="OUT", callback=named(".csv", ".json"), help="Write the pairs: .csv, .json."
+    ),
 ]
 
 

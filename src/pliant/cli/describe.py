@@ -16,7 +16,7 @@ import typer
 from .field import AsJson, Figure, Jobs, MeshFile, Up
 from .files import write_figure
 from .measure import BINS, NEIGHBOURS
-from .output import load_examined, say, say_json, show_facts, show_table, with_ending
+from .output import load_examined, named, say, say_json, show_facts, show_table
 
 if TYPE_CHECKING:
     from .. import Mesh, Spectrum
@@ -105,10 +105,6 @@ def _names(text: str) -> str:
     return text
 
 
-def _table_file(path: Path | None) -> Path | None:
-    return with_ending(path, (".npz",))
-
-
 def describe(
     mesh: MeshFile,
     signatures: Annotated[
@@ -118,7 +114,7 @@ def describe(
     k: Annotated[int, typer.Option("-k", min=2, help="Eigenpairs.")] = 200,
     out: Annotated[
         Path | None,
-        typer.Option("--output", "-o", metavar="OUT", callback=_table_file, help="Write the tables: .npz."),
+        typer.Option("--output", "-o", metavar="OUT", callback=named(".npz"), help="Write the tables: .npz."),
     ] = None,
     figure: Figure = None,
     jobs: Jobs = None,

@@ -18,6 +18,7 @@ _REMEDIES = (
     (r"pliant\.largest_component\b(\(mesh\))?|\blargest_component\(mesh\)", "`pliant mend --largest`"),
     (r"(pliant\.)?\bmerged\(mesh, tolerance=0\)", "`pliant mend --merge 0`"),
     (r"(pliant\.)?\b(orient|repaired|without_[a-z_]+)\(mesh\)|pliant\.(orient|repaired)\b(?!\()", "`pliant mend`"),
+    (r"""weights=['"]uniform['"]""", "--weights uniform"),
     (r"pliant\.check_up\b(\(mesh\))?", "`pliant inspect`"),
 )  # fmt: skip
 
@@ -56,6 +57,13 @@ def show_warning(
         complain("warning", str(message))
     else:
         (file or sys.stderr).write(warnings.formatwarning(message, category, filename, lineno, line))
+
+
+def open_streams() -> None:
+    """Give the program streams to write to where the shell has closed them (``>&-``)."""
+    for name in ("stdout", "stderr"):
+        if getattr(sys, name) is None:
+            setattr(sys, name, os.fdopen(os.open(os.devnull, os.O_WRONLY), "w"))
 
 
 def abandon_output() -> int:

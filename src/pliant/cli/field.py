@@ -9,7 +9,7 @@ import typer
 
 from .files import write_figure
 from .measure import Measurement, measure
-from .output import folder_checked, load_examined, say, say_json, with_ending
+from .output import folder_checked, load_examined, named, say, say_json
 from .workers import Scheduler, workers
 
 
@@ -30,14 +30,6 @@ def _values_file(path: Path | None) -> Path | None:
     return folder_checked(path)
 
 
-def _figure_file(path: Path | None) -> Path | None:
-    return with_ending(path, (".png", ".pdf", ".svg", ".jpg"))
-
-
-def _page_file(path: Path | None) -> Path | None:
-    return with_ending(path, (".html", ".htm"))
-
-
 MeshFile = Annotated[Path, typer.Argument(metavar="MESH", help="A mesh file of any known format.")]
 Out = Annotated[
     Path | None,
@@ -51,10 +43,15 @@ Out = Annotated[
 ]
 Figure = Annotated[
     Path | None,
-    typer.Option(metavar="FILE", callback=_figure_file, help="Write a picture: .png, .pdf, .svg, .jpg."),
+    typer.Option(
+        metavar="FILE",
+        callback=named(".png", ".pdf", ".svg", ".jpg"),
+        help="Write a picture: .png, .pdf, .svg, .jpg.",
+    ),
 ]
 Page = Annotated[
-    Path | None, typer.Option(metavar="FILE", callback=_page_file, help="Write an interactive page: .html.")
+    Path | None,
+    typer.Option(metavar="FILE", callback=named(".html", ".htm"), help="Write an interactive page: .html."),
 ]
 Weights = Annotated[
     Literal["area", "uniform"], typer.Option(help="Draw points by surface area, or every vertex alike.")
@@ -158,7 +155,8 @@ def _write_figure(
         result.mesh,
         result.values,
         up=up,
-        scale=scale,
+        # Where no path passes anywhere there is nothing to take the logarithm of.
+        scale=scale if (result.values > 0).any() else "linear",
         title=f"Geodesic field estimate, {result.name}",
         colour_bar_label=result.label,
         length_unit=result.length_unit,

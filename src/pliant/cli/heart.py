@@ -9,7 +9,7 @@ from typing import Annotated, Any, Literal
 import typer
 
 from .files import write_json
-from .output import given, output_folder, say, say_json, show_facts, with_ending
+from .output import given, named, output_folder, say, say_json, show_facts
 
 heart = typer.Typer(
     name="heart",
@@ -37,7 +37,14 @@ def segment(
         typer.Argument(metavar="VOLUME", callback=given, help="Folder of DICOM slices, NIfTI, NRRD or MHA."),
     ],
     out: Annotated[
-        Path, typer.Option("--output", "-o", metavar="FILE", help="Mask to write, on the volume's grid.")
+        Path,
+        typer.Option(
+            "--output",
+            "-o",
+            metavar="FILE",
+            callback=named(*_MASKS),
+            help="Mask to write, on the volume's grid.",
+        ),
     ],
     method: Annotated[
         Literal["threshold", "region", "edge"],
@@ -63,7 +70,6 @@ def segment(
     """Segment the blood pool of the left ventricle in a contrast CT."""
     from ..heart import load_volume, save_mask, segment_blood_pool
 
-    with_ending(out, _MASKS)
     plane = _numbers(basal_plane, 6, "--basal-plane")
     image = load_volume(volume, modality="CT", series=series)
     pool = segment_blood_pool(

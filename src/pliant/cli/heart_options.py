@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Annotated, Any, get_type_hints
 import typer
 
 from .ending import complain
-from .output import given
+from .output import given, load_examined
 
 if TYPE_CHECKING:
     from ..heart import HeartDescription
@@ -70,12 +70,11 @@ class Patient:
     def described(self) -> HeartDescription:
         """Describe the heart, cautions on standard error."""
         from ..heart import describe_heart, load_volume, read_heart_landmarks
-        from ..mesh import load_mesh
 
         source = self.source
         is_mesh = source.is_file() and source.name.lower().removesuffix(".gz").endswith(_MESHES)
         found = describe_heart(
-            load_mesh(source) if is_mesh else load_volume(source),
+            load_examined(source)[0] if is_mesh else load_volume(source),
             mask=None if self.mask is None else load_volume(self.mask).values > 0.5,
             landmarks=read_heart_landmarks(self.landmarks) if self.landmarks else None,
             right_ventricle=None if self.right_ventricle is None else load_volume(self.right_ventricle),

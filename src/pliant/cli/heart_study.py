@@ -24,13 +24,22 @@ from .heart_options import (
     Seed,
     takes_patient,
 )
-from .output import folder_checked, given, output_folder, say, say_json, show_facts, show_table, with_ending
+from .output import (
+    given,
+    load_examined,
+    mesh_file,
+    named,
+    output_folder,
+    say,
+    say_json,
+    show_facts,
+    show_table,
+)
 from .workers import Scheduler, workers
 
 if TYPE_CHECKING:
     from ..heart import HeartDescription, HeartStudy
     from ..heart._scores import Score
-    from ..mesh import Mesh
 
 
 @heart.command()
@@ -40,7 +49,13 @@ def surface(
     ],
     out: Annotated[
         Path,
-        typer.Option("--output", "-o", metavar="FILE", help="Mesh to write: .ply, .vtk, .obj and others."),
+        typer.Option(
+            "--output",
+            "-o",
+            metavar="FILE",
+            callback=mesh_file,
+            help="Mesh to write: .ply, .vtk, .obj and others.",
+        ),
     ],
     mask: Mask = None,
     level: Annotated[float | None, typer.Option(help="Value between blood and wall.")] = None,
@@ -57,7 +72,6 @@ def surface(
     from .. import save_mesh
     from ..heart import endocardial_surface, load_volume
 
-    folder_checked(out)
     image = load_volume(volume)
     inside = None if mask is None else load_volume(mask).values > 0.5
     found = endocardial_surface(
@@ -77,12 +91,20 @@ def segments(
         Path, typer.Argument(metavar="MESH", callback=given, help="Endocardial surface in RAS mm.")
     ],
     out: Annotated[
-        Path, typer.Option("--output", "-o", metavar="FILE", help="CSV to write: vertex, segment.")
+        Path,
+        typer.Option(
+            "--output", "-o", metavar="FILE", callback=named(".csv"), help="CSV to write: vertex, segment."
+        ),
     ],
     landmarks: Landmarks = None,
     right_ventricle: Right = None,
     figure: Annotated[
-        Path | None, typer.Option(metavar="FILE", help="Also draw the segments: .png, .pdf, .svg.")
+        Path | None,
+        typer.Option(
+            metavar="FILE",
+            callback=named(".png", ".pdf", ".svg"),
+            help="Also draw the segments: .png, .pdf, .svg.",
+        ),
     ] = None,
     as_json: AsJson = False,
 ) -> None:
@@ -90,11 +112,8 @@ def segments(
     import numpy as np
 
     from ..heart import aha_segments, load_volume, read_heart_landmarks, ventricle_frame
-    from ..mesh import load_mesh
 
-    with_ending(out, (".csv",))
-    with_ending(figure, (".png", ".pdf", ".svg"))
-    shape: Mesh = load_mesh(mesh)
+    shape, _ = load_examined(mesh)
     marks: dict[str, Any] = dict(read_heart_landmarks(landmarks)) if landmarks else {}
     right = None if right_ventricle is None else load_volume(right_ventricle)
     frame = ventricle_frame(shape, right_ventricle=right, **marks)
@@ -125,7 +144,13 @@ def segments(
 def describe(
     out: Annotated[
         Path,
-        typer.Option("--output", "-o", metavar="FILE", help="Arrays to write: .npz, or .csv of segments."),
+        typer.Option(
+            "--output",
+            "-o",
+            metavar="FILE",
+            callback=named(".npz", ".csv"),
+            help="Arrays to write: .npz, or .csv of segments.",
+        ),
     ],
     patient: Patient,
     as_json: AsJson = False,
@@ -133,7 +158,6 @@ def describe(
     """Measure 23 numbers at points of every segment, the roughness of each, and the cavity."""
     from .. import save_arrays
 
-    with_ending(out, (".npz", ".csv"))
     found = patient.described()
     features = found.features
     if out.suffix.lower() == ".npz":
@@ -171,8 +195,8 @@ def report(
     from ..heart import save_mask
     from ..report import bulls_eye_figure, heart_page, segment_figure, write_page
 
-    out.mkdir(parents=True, exist_ok=True)
     found = patient.described()
+    out.mkdir(parents=True, exist_ok=True)
     settings = {"input": patient.source.name, "pliant": __version__}
     write_page(
         out / "report.html",

@@ -8,26 +8,10 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from .field import AsJson, MeshFile
-from .output import folder_checked, report_findings, say, say_json, show_facts, with_ending
+from .output import mesh_file, named, report_findings, say, say_json, show_facts
 
 if TYPE_CHECKING:
     from ..mesh import Mesh, Repair
-
-
-def _mesh_file(path: Path) -> Path:
-    from ..errors import InputError
-    from ..mesh.formats import for_writing
-
-    try:
-        for_writing(path.name)
-    except InputError as error:
-        raise typer.BadParameter(str(error)) from error
-    folder_checked(path)
-    return path
-
-
-def _map_file(path: Path | None) -> Path | None:
-    return with_ending(path, (".npz",))
 
 
 def mend(
@@ -38,7 +22,7 @@ def mend(
             "--output",
             "-o",
             metavar="FILE",
-            callback=_mesh_file,
+            callback=mesh_file,
             help="Mesh to write: .ply, .vtk, .obj and others.",
         ),
     ],
@@ -55,7 +39,7 @@ def mend(
         Path | None,
         typer.Option(
             metavar="FILE",
-            callback=_map_file,
+            callback=named(".npz"),
             help="Also write what became of vertices and faces: .npz with index_map, faces_kept, faces_flipped.",
         ),
     ] = None,

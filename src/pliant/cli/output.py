@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import os
 import sys
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -85,6 +85,27 @@ def with_ending(path: Path | None, endings: Sequence[str]) -> Path | None:
     if path is not None and not path.name.lower().endswith(tuple(endings)):
         message = f"{path}: the name must end in {', '.join(endings)}"
         raise typer.BadParameter(message)
+    return folder_checked(path)
+
+
+def named(*endings: str) -> Callable[[Path | None], Path | None]:
+    """Return the check of an option that names a file to write, of one of these kinds."""
+
+    def checked(path: Path | None) -> Path | None:
+        return with_ending(path, endings)
+
+    return checked
+
+
+def mesh_file(path: Path | None) -> Path | None:
+    """Refuse a file that cannot hold a mesh, before the work and not after it."""
+    from ..mesh.formats import for_writing
+
+    if path is not None:
+        try:
+            for_writing(path.name)
+        except InputError as error:
+            raise typer.BadParameter(str(error)) from error
     return folder_checked(path)
 
 

@@ -13,7 +13,7 @@ import typer
 from ..errors import FileFormatError, InputError
 from .ending import complain
 from .field import Up
-from .output import folder_checked, say
+from .output import load_examined, named, say
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -37,7 +37,13 @@ def view(
     ],
     output: Annotated[
         Path | None,
-        typer.Option("-o", "--output", metavar="HTML", help="Keep the page here; do not open it."),
+        typer.Option(
+            "--output",
+            "-o",
+            metavar="HTML",
+            callback=named(".html", ".htm"),
+            help="Keep the page here; do not open it.",
+        ),
     ] = None,
     up: Up = "z",
     unit: Annotated[str, typer.Option(help="The meshes' unit of length.")] = "",
@@ -45,7 +51,6 @@ def view(
     """Show meshes and any per-vertex result in the browser: choose, compare, pick, step through symmetries."""
     from ..report import comparison_page, write_page
 
-    folder_checked(output)
     shown = _surfaces(files, up, unit)
     title = ", ".join(surface.name for surface in shown[:3]) + (" …" if len(shown) > 3 else "")
     page = comparison_page(shown, title=title, up=up, length_unit=unit)
@@ -84,11 +89,11 @@ def _names(paths: Sequence[Path]) -> list[str]:
 
 
 def _surface(name: str, path: Path, results: Sequence[Path], up: str, unit: str) -> ShownSurface:
-    from .. import load_arrays, load_mesh
+    from .. import load_arrays
     from ..report import ShownSurface
     from ..report.labels import is_aha, label_values
 
-    mesh = load_mesh(path)
+    mesh, _ = load_examined(path)
     arrays: dict[str, Any] = {}
     maps: dict[str, Any] = {}
     notes: list[str] = []

@@ -6,8 +6,7 @@ import hashlib
 import itertools
 import json
 import zipfile
-from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import as_completed
+from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass
 from functools import partial
 from pathlib import Path
@@ -18,8 +17,7 @@ from numpy.typing import ArrayLike
 
 from .. import __version__
 from .._arrays import FloatArray, vertex_values
-from .._processes import worker_pool
-from .._progress import progress_bar
+from .._processes import process_map
 from ..cluster import Scheduler, map_ordered
 from ..errors import InputError, PliantError
 from ..geodesic import nearest
@@ -88,12 +86,8 @@ def measured(
         return list(
             map_ordered(_measure, tasks, scheduler=scheduler, description="subjects", progress=progress)
         )
-    errors = [""] * len(tasks)
-    with progress_bar("subjects", len(tasks), show=progress) as advance:
-        for i, error in _outcomes(tasks, min(n_jobs, len(tasks))):
-            errors[i] = error
-            advance()
-    return errors
+    options = {"failed": _explained, "description": "subjects", "progress": progress}
+    return list(process_map(_measure, tasks, n_jobs, **options))  # type: ignore[arg-type]
 
 
 def stored(path: Path, key: str | None = None) -> dict[str, np.ndarray] | None:
@@ -104,17 +98,6 @@ def stored(path: Path, key: str | None = None) -> dict[str, np.ndarray] | None:
     except (OSError, KeyError, InputError, zipfile.BadZipFile):
         return None
     return arrays if fits else None
-
-
-def _outcomes(tasks: Sequence[Task], n_jobs: int) -> Iterator[tuple[int, str]]:
-    if n_jobs == 1:
-        yield from ((i, _measure(task)) for i, task in enumerate(tasks))
-        return
-    with worker_pool(n_jobs) as pool:
-        waiting = {pool.submit(_measure, task): i for i, task in enumerate(tasks)}
-        for done in as_completed(waiting):
-            problem = done.exception()
-            yield waiting[done], _explained(problem) if problem else done.result()
 
 
 def _measure(task: Task) -> str:
@@ -128,6 +111,13 @@ def _measure(task: Task) -> str:
 
 
 def _explained(error: BaseException) -> str:
+    if (
+        isinstance(error, OSError)
+        and not isinstance(error, PliantError)
+        and error.filename
+        and error.strerror
+    ):
+        return f"{error.filename}: {error.strerror}"
     text = " ".join(str(error).split())
     return text if isinstance(error, (PliantError, OSError)) and text else f"{type(error).__name__}: {text}"
 

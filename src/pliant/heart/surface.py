@@ -188,7 +188,10 @@ def _field(
         raise InputError("the mask is empty: no voxel is blood")
     away = _distance(inside, volume.spacing, 4 * _REACH)
     blood = float(np.median(np.asarray(volume.values)[inside]))
-    shell = float(np.median(np.asarray(volume.values)[(away > _REACH) & (away < 3.5)]))
+    around = (away > _REACH) & (away < 3.5)
+    if not around.any():
+        raise InputError("the mask leaves nothing around it: no voxel next to the blood is wall")
+    shell = float(np.median(np.asarray(volume.values)[around]))
     threshold = 0.5 * (blood + shell) if level is None else float(level)
     if not min(blood, shell) < threshold < max(blood, shell):
         message = (

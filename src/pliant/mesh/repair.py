@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from .._arrays import BoolArray, FloatArray, IntArray, frozen
-from ..errors import InputError
+from ..errors import InputError, MeshError
 from .defects import degenerate_faces, duplicate_faces, equal_positions, misoriented, repeats_vertex
 from .surface import Mesh
 from .topology import edge_faces, first_members, grouped, vertex_components
@@ -243,6 +243,9 @@ def without_degenerate_faces(mesh: Mesh) -> Repair:
     Mesh(3 vertices, 1 faces)
     """
     kept = np.flatnonzero(~degenerate_faces(mesh))
+    if mesh.n_faces and not kept.size:
+        message = f"none of the {mesh.n_faces} faces has an area: nothing would be left"
+        raise MeshError(message)
     return _repair(mesh, Mesh(mesh.vertices, mesh.faces[kept]), kept=kept)
 
 
