@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import base64
 import shutil
 import time
 
+import numpy as np
 import pytest
 
 CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
@@ -41,6 +43,28 @@ class Browser:
         self.driver.execute_async_script(
             "const done = arguments[0]; requestAnimationFrame(() => requestAnimationFrame(() => done()))"
         )
+
+    def choose(self, name, value):
+        """Choose in a control, as if by hand."""
+        self.run(
+            "const c = document.getElementById(arguments[0]); c.value = arguments[1];"
+            "c.dispatchEvent(new Event('change'))",
+            name,
+            value,
+        )
+
+    def picture(self, draw="view.draw()"):
+        """(h, w, 3) what is on the canvas of a page of one surface after ``draw``."""
+        width, text = self.run(
+            "const { view } = pliant, { gl, canvas } = view;" + draw + ";"
+            """const out = new Uint8Array(4 * canvas.width * canvas.height);
+            gl.readPixels(0, 0, canvas.width, canvas.height, gl.RGBA, gl.UNSIGNED_BYTE, out);
+            let text = '';
+            for (let i = 0; i < out.length; i += 8192) text += String.fromCharCode(...out.subarray(i, i + 8192));
+            return [canvas.width, btoa(text)]"""
+        )
+        rows = np.frombuffer(base64.b64decode(text), np.uint8).reshape(-1, width, 4)
+        return rows[::-1, :, :3].astype(int)
 
     def errors(self):
         """What went wrong since the last call, as the console has it."""

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import base64
-
 import numpy as np
 import pytest
 
@@ -46,29 +44,6 @@ def opened(browser, mesh, halves, heavy, tmp_path_factory):
     return browser.open(write_page(tmp_path_factory.mktemp("key") / "page.html", html))
 
 
-def choose(run, name, value):
-    run(
-        "const c = document.getElementById(arguments[0]); c.value = arguments[1];"
-        "c.dispatchEvent(new Event('change'))",
-        name,
-        value,
-    )
-
-
-def pixels(run) -> np.ndarray:
-    """(h, w, 3) the canvas of the page of one surface, drawn in full."""
-    flat = run(
-        """const { gl, canvas } = pliant.view, out = new Uint8Array(4 * canvas.width * canvas.height);
-        pliant.view.draw();
-        gl.readPixels(0, 0, canvas.width, canvas.height, gl.RGBA, gl.UNSIGNED_BYTE, out);
-        let text = '';
-        for (let i = 0; i < out.length; i += 8192) text += String.fromCharCode(...out.subarray(i, i + 8192));
-        return [canvas.width, btoa(text)]"""
-    )
-    image = np.frombuffer(base64.b64decode(flat[1]), np.uint8).reshape(-1, flat[0], 4)
-    return image[::-1, :, :3].astype(int)
-
-
 def hues(image: np.ndarray) -> np.ndarray:
     """Shares of red, green and blue where there is surface: light does not change them."""
     flat = image.reshape(-1, 3)
@@ -89,7 +64,7 @@ def legend(run) -> list[list[str]]:
 
 
 def test_a_legend_names_each_label_with_its_count(opened, halves):
-    choose(opened.run, "layer", "0")
+    opened.choose("layer", "0")
     rows = legend(opened.run)
     counts = [int((halves == value).sum()) for value in (4, 9)]
     assert [row[:2] for row in rows] == [["left", str(counts[0])], ["right", str(counts[1])]]
@@ -101,9 +76,9 @@ def test_a_legend_names_each_label_with_its_count(opened, halves):
 
 
 def test_labels_have_their_own_colours_and_nothing_between(opened):
-    choose(opened.run, "layer", "0")
+    opened.choose("layer", "0")
     opened.run("pliant.page.look('front')")
-    seen = hues(pixels(opened.run))
+    seen = hues(opened.picture())
     known = np.array([share(c) for c in (*LABEL_COLOURS[:2], "#b8b8b8")])
     apart = np.linalg.norm(seen[:, None] - known[None], axis=2)
     assert all((apart.argmin(axis=1) == i).mean() > 0.05 for i in range(2))
@@ -112,12 +87,12 @@ def test_labels_have_their_own_colours_and_nothing_between(opened):
 
 
 def test_choosing_a_label_makes_the_others_pale(opened):
-    choose(opened.run, "layer", "0")
+    opened.choose("layer", "0")
     opened.run("pliant.page.look('front')")
     amounts = []
     for _ in range(2):
         opened.driver.find_element("css selector", "[data-label='9']").send_keys("\ue007")  # Enter
-        seen = hues(pixels(opened.run))
+        seen = hues(opened.picture())
         near = [(np.linalg.norm(seen - share(c), axis=1) < 0.05).mean() for c in LABEL_COLOURS[:2]]
         amounts.append(near)
         focused = opened.run("return document.activeElement.dataset.label")
@@ -129,7 +104,7 @@ def test_choosing_a_label_makes_the_others_pale(opened):
 
 
 def test_segments_of_the_heart_have_their_names(opened):
-    choose(opened.run, "layer", "2")
+    opened.choose("layer", "2")
     rows = legend(opened.run)
     assert len(rows) == 17
     assert rows[0][0] == "1 basal anterior"
@@ -139,7 +114,7 @@ def test_segments_of_the_heart_have_their_names(opened):
 
 
 def test_a_bar_says_its_numbers_and_what_is_clipped(opened, heavy):
-    choose(opened.run, "layer", "1")
+    opened.choose("layer", "1")
     low, high = np.percentile(heavy, (2, 98))
     ticks = opened.run(
         "return [...document.querySelectorAll('#key .key-ticks span')].map((s) => s.textContent)"
@@ -153,7 +128,7 @@ def test_a_bar_says_its_numbers_and_what_is_clipped(opened, heavy):
     assert "to 10000." in told
     # Limits that hold every value clip nothing, and nothing is said.
     for name, value in (("low", "-100"), ("high", "20000")):
-        choose(opened.run, name, value)
+        opened.choose(name, value)
     assert opened.run("return document.querySelector('#key .key-clipped')") is None
 
 
@@ -231,7 +206,7 @@ def test_the_same_scale_is_a_switch(pair):
 
 def test_one_label_has_one_colour_and_is_highlighted_on_both(pair):
     opened = pair()
-    choose(opened.run, "layer", "part")
+    opened.choose("layer", "part")
     rows = """return pliant.panes.map((p) => [...p.place.querySelectorAll('.legend button')].map((b) =>
       [b.dataset.label, b.querySelector('.swatch').style.background, b.getAttribute('aria-pressed')]))"""
     first, second = opened.run(rows)

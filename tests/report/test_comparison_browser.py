@@ -71,17 +71,8 @@ def test_two_surfaces_side_by_side(browser, page):
     assert rotations[0] == rotations[1]
     assert run("return pliant.panes.map((p) => p.view.enlarged)") == [1.5, 1.5]
     # The egg has no segments: it says so, and is grey.
-    choose(run, "layer", "segment")
+    browser.choose("layer", "segment")
     assert "no values called segment" in run("return pliant.panes[1].place.textContent")
     browser.wide(390, 844)
     assert run("return document.documentElement.scrollWidth") == 390
     assert browser.errors() == []
-
-
-def choose(run, name, value):
-    run(
-        "const c = document.getElementById(arguments[0]); c.value = arguments[1];"
-        "c.dispatchEvent(new Event('change'))",
-        name,
-        value,
-    )

@@ -64,11 +64,15 @@ function extremes(positions, centre) {
  * A coarser copy of a mesh on the same vertices: those within a cell of a grid become one, and what is left of the
  * triangles is returned, about as many as wanted. For looks only: it may have holes where a shape is thin.
  */
-function coarserFaces(positions, faces, wanted) {
+function coarserFaces(positions, normals, faces, wanted) {
   let area = 0;
+  const corner = (values, vertex) => values.subarray(3 * vertex, 3 * vertex + 3);
+  const normal = (a, b, c) => {
+    const from = corner(positions, a), side = (to) => corner(positions, to).map((value, axis) => value - from[axis]);
+    return cross(side(b), side(c));
+  };
   for (let f = 0; f < faces.length; f += 3) {
-    const [a, b, c] = [0, 1, 2].map((corner) => positions.subarray(3 * faces[f + corner], 3 * faces[f + corner] + 3));
-    area += Math.hypot(...cross([b[0] - a[0], b[1] - a[1], b[2] - a[2]], [c[0] - a[0], c[1] - a[1], c[2] - a[2]])) / 2;
+    area += Math.hypot(...normal(faces[f], faces[f + 1], faces[f + 2])) / 2;
   }
   // A surface passes about 1.5 cells for each cell's worth of area, and leaves two triangles in each.
   const cell = Math.sqrt(3 * area / wanted) || 1, reach = 2 ** 17, first = new Map();
@@ -82,7 +86,11 @@ function coarserFaces(positions, faces, wanted) {
   const kept = [];
   for (let f = 0; f < faces.length; f += 3) {
     const a = stands[faces[f]], b = stands[faces[f + 1]], c = stands[faces[f + 2]];
-    if (a !== b && b !== c && c !== a) kept.push(a, b, c);
+    if (a === b || b === c || c === a) continue;
+    // Cells that fold a triangle over would show its dark side.
+    const out = corner(normals, a).map((value, axis) => value + normals[3 * b + axis] + normals[3 * c + axis]);
+    if (dot(normal(a, b, c), out) < 0) kept.push(a, c, b);
+    else kept.push(a, b, c);
   }
   return Uint32Array.from(kept);
 }

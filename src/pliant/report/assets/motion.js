@@ -3,9 +3,7 @@
  * slow; full quality again at rest. A frame is measured from its submission until the graphics driver is done.
  */
 
-const DETAILS = [
-  { pixels: 1, coarse: false }, { pixels: 0.6, coarse: false }, { pixels: 0.6, coarse: true }, { pixels: 0.35, coarse: true },
-];
+const DETAILS = [{ pixels: 1, coarse: false }, { pixels: 0.5, coarse: false }, { pixels: 0.5, coarse: true }];
 const SLOW_FRAME = 50, REST_AFTER = 220; // ms
 
 class Motion {

@@ -4,7 +4,7 @@
  * View coordinates: x right, y up, z towards the viewer. `rotation` holds them as rows of a 3 x 3 matrix.
  */
 
-const COARSE = 16000; // triangles, about, of a coarse copy
+const COARSE = 8000; // triangles, about, of a coarse copy
 
 class SurfaceView {
   /**
@@ -118,7 +118,7 @@ class SurfaceView {
   bindFaces(coarse) {
     const gl = this.gl;
     if (coarse && !this.coarse) {
-      this.coarse = { index: gl.createBuffer(), faces: coarserFaces(this.positions, this.faces, COARSE) };
+      this.coarse = { index: gl.createBuffer(), faces: coarserFaces(this.positions, this.normals, this.faces, COARSE) };
       this.order(this.coarse.faces, this.coarse.index);
     }
     gl.bindVertexArray(this.shape);
