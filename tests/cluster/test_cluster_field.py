@@ -33,12 +33,12 @@ class KillingJob(FlowJob):
         super().__init__(*args, **options)
         self.folder, self.calls = folder, 0
 
-    def __call__(self, lanes: Any) -> Any:
+    def into(self, flow: Any, lanes: Any) -> Any:
         self.calls += 1
         if self.calls == 3 and not list(self.folder.iterdir()):
             (self.folder / str(os.getpid())).touch()
             os.kill(os.getpid(), signal.SIGKILL)
-        return super().__call__(lanes)
+        return super().into(flow, lanes)
 
 
 def test_a_killed_worker_changes_nothing(

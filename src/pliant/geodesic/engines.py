@@ -133,8 +133,13 @@ def _runs(lanes: list[NDArray[Any]]) -> list[list[list[NDArray[Any]]]]:
 
 
 def _sum_of(job: FlowJob, run: Sequence[Sequence[NDArray[Any]]]) -> FloatArray | None:
-    """Flow of a run of parts, computed here."""
-    return _sum(map(job, run))
+    """Flow of a run of parts, computed here; one array serves all parts, or each would be paged in anew."""
+    total, part = np.zeros((2, len(job.arcs.heads)))
+    for lanes in run:
+        if not job.into(part, lanes):
+            return None
+        total += part
+    return total
 
 
 def _sum(flows: Iterable[FloatArray | None]) -> FloatArray | None:

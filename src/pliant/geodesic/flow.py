@@ -142,15 +142,20 @@ class FlowJob:
 
     def __call__(self, lanes: Sequence[NDArray[Any]]) -> FloatArray | None:
         """Sweep each batch of sources (ranks, at most one a lane) and add up the flow."""
-        flow = np.zeros(len(self.arcs.heads))
+        flow = np.empty(len(self.arcs.heads))
+        return flow if self.into(flow, lanes) else None
+
+    def into(self, flow: FloatArray, lanes: Sequence[NDArray[Any]]) -> bool:
+        """Write over ``flow`` what a call would return; False on overflow."""
+        flow[:] = 0.0
         with self.sweep.workspace() as w:
             for sources in lanes:
                 lowest = int(sources.min()) if self.both_ways else 0
                 if not self.sweep.forward(sources, w, lowest=lowest):
-                    return None
+                    return False
                 self._carry(sources, w, lowest, flow)
                 self.sweep.finish(w)
-        return flow
+        return True
 
     def _carry(self, sources: NDArray[Any], w: Workspace, lowest: int, flow: FloatArray) -> None:
         arcs = self.arcs
