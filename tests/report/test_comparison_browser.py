@@ -73,6 +73,12 @@ def test_two_surfaces_side_by_side(browser, page):
     # The egg has no segments: it says so, and is grey.
     browser.choose("layer", "segment")
     assert "no values called segment" in run("return pliant.panes[1].place.textContent")
+    # Whole numbers of a file are labels: 17 segments by their names, and what is in none.
+    names = run(
+        "return [...document.querySelectorAll('.legend .label-name')].map((name) => name.textContent)"
+    )
+    assert names[:2] == ["0 no segment", "1 basal anterior"]
+    assert len(names) == 18
     browser.wide(390, 844)
     assert run("return document.documentElement.scrollWidth") == 390
     assert browser.errors() == []

@@ -19,7 +19,10 @@ return motion.level;"""
 
 @pytest.fixture(scope="module")
 def opened(browser, tmp_path_factory):
-    ball = shapes.ellipsoid((60.0, 40.0, 30.0), 5)  # 20,480 triangles
+    ball = shapes.icosphere(5)  # 20,480 triangles
+    x, y, _ = ball.vertices.T
+    wrinkled = 1 + 0.04 * np.sin(25 * x) * np.sin(25 * y + 1)
+    ball = ball.with_vertices(ball.vertices * wrinkled[:, None] * (60.0, 40.0, 30.0))
     layers = {"height": ball.vertices[:, 2], "part": (ball.vertices[:, 0] > 0).astype(int)}
     html = surface_page(ball, layers, title="large")
     return browser.open(write_page(tmp_path_factory.mktemp("motion") / "page.html", html))
@@ -60,6 +63,22 @@ def test_the_coarse_picture_is_the_same_but_for_detail(opened, layer):
     both = seen[0] & seen[1]
     apart = np.abs(small[both] - coarse[both]).max(axis=1)
     assert np.quantile(apart, 0.9) < 40  # no holes, no dark sides
+
+
+def test_no_coarse_triangle_is_folded_over(opened):
+    """Seen from outside, a triangle wound the other way would be lit as the inside is."""
+    faces, positions, normals = (
+        np.array(opened.run(f"return Array.from({name})"))
+        for name in (
+            "coarserFaces(pliant.view.positions, pliant.view.normals, pliant.view.faces, 3000)",
+            "pliant.view.positions",
+            "pliant.view.normals",
+        )
+    )
+    a, b, c = positions.reshape(-1, 3)[faces.reshape(-1, 3)].transpose(1, 0, 2)
+    outwards = normals.reshape(-1, 3)[faces.reshape(-1, 3)].sum(axis=1)
+    assert len(a) > 1000
+    assert (np.einsum("ij,ij->i", np.cross(b - a, c - a), outwards) >= 0).all()
 
 
 def test_dragging_is_coarse_where_frames_are_slow_and_rest_is_full(opened):

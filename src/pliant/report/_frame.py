@@ -41,7 +41,7 @@ def embedded(data: object) -> str:
 def setting_rows(table: Mapping[Any, Any]) -> str:
     """Rows of a table of settings."""
     return "\n".join(
-        f'<tr><th scope="row">{escape(str(name))}</th><td>{escape(_shown(value))}</td></tr>'
+        f'<tr><th scope="row">{escape(str(name).replace("_", " "))}</th><td>{escape(_shown(value))}</td></tr>'
         for name, value in table.items()
     )
 
