@@ -46,3 +46,19 @@ def test_wrong_levels_and_failed_measurements() -> None:
     assert main(["bench", "field", "--levels", "99"]) == 2
     with pytest.raises(BenchmarkError, match="failed"):
         measured("pliant.bench.field", "no such task", {}, repeats=1)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (["maps"], "no two shapes of one class"),
+        (["symmetry"], "no shape is there"),
+        (["symmetry", "--names", "cat0"], "2 files are missing: cat.symmetry.csv, cat0.ply"),
+        (["symmetry", "--repeated", "dog"], "dog0.ply: no such file"),
+    ],
+)
+def test_folders_without_shapes_are_bad_input(
+    arguments: list[str], said: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["bench", *arguments[:1], str(tmp_path), *arguments[1:]]) == 3
+    assert said in capsys.readouterr().err

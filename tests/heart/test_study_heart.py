@@ -238,6 +238,11 @@ def test_a_cohort_without_labels_is_refused_before_it_is_measured(
     assert main(["heart", "study", str(tmp_path / "t.csv"), "-o", str(tmp_path / "out")]) == 3
     assert "has no label" in " ".join(capsys.readouterr().err.replace("│", " ").split())
     assert not (tmp_path / "out").exists()
+    rows = "".join(f"p{i},p{i}.ply,{80 if i < 1 else 10},{80 * (i % 2)},{80 * (i % 2)}\n" for i in range(6))
+    (tmp_path / "t.csv").write_text(f"subject,mesh,stenosis_LAD,stenosis_LCX,stenosis_RCA\n{rows}")
+    assert main(["heart", "study", str(tmp_path / "t.csv"), "-o", str(tmp_path / "out")]) == 3
+    assert "LAD: 1 of 6 subjects are diseased" in capsys.readouterr().err
+    assert not (tmp_path / "out").exists()
 
 
 @pytest.mark.parametrize(

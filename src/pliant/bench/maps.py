@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 
+from ..errors import InputError
 from ..evaluate.maps import map_error
 from ..matching import dense_map
 from ..mesh import load_mesh
@@ -48,10 +49,18 @@ def run(
     list of dict
         ``error`` against the truth, ``symmetric`` against the truth or its mirror image (one choice a map),
         ``pointwise`` against whichever is nearer point by point; all over sqrt(area).
+
+    Raises
+    ------
+    InputError
+        If no class has two shapes.
     """
     folder = Path(folder)
     names = sorted(path.stem for path in folder.glob("*.ply"))
     chosen = [(a, b) for a, b in combinations(names, 2) if _class(a) == _class(b)]
+    if not chosen:
+        message = f"{folder}: no two shapes of one class are there, as cat0.ply and cat1.ply"
+        raise InputError(message)
     if pairs is not None and pairs < len(chosen):
         kept = np.sort(np.random.default_rng(rng).choice(len(chosen), pairs, replace=False))
         chosen = [chosen[i] for i in kept]

@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 
 from .._arrays import FloatArray, IntArray
+from ..errors import InputError
 from ..evaluate import map_error, symmetry_repeatability
 from ..matching import farthest_points
 from ..matching.symmetry import SymmetryResult, detect_symmetries, symmetric_pairs
@@ -50,10 +51,28 @@ def run(
         ``error``, ``signs`` and ``factored``: mean geodesic error over sqrt(area) of Pliant's most confident
         reflection, of eigenfunction signs and of the symmetry-factored embedding, None where there is none; ``limbs``,
         pairs of limbs; processor seconds of one process without the eigenpairs, and ``reason``.
+
+    Raises
+    ------
+    InputError
+        If there is no shape, or a file of one is missing.
     """
     folder = Path(folder)
     found = sorted(path.stem for path in folder.glob("*.ply") if "." not in path.stem)
-    return [_row(folder, name, cache) for name in (found if names is None else names)]
+    chosen = found if names is None else names
+    if not chosen:
+        message = f"{folder}: no shape is there, as cat0.ply with cat.symmetry.csv"
+        raise InputError(message)
+    files = [file for name in chosen for file in (f"{name}.ply", f"{_class(name)}.symmetry.csv")]
+    missing = sorted({file for file in files if not (folder / file).is_file()})
+    if missing:
+        message = f"{folder}: {len(missing)} files are missing: {', '.join(missing[:5])}"
+        raise InputError(message)
+    return [_row(folder, name, cache) for name in chosen]
+
+
+def _class(name: str) -> str:
+    return name.rstrip("0123456789")
 
 
 def _row(folder: Path, name: str, cache: str | Path | None) -> Row:
@@ -80,7 +99,7 @@ def _row(folder: Path, name: str, cache: str | Path | None) -> Row:
 
 def load(folder: Path, name: str) -> tuple[Mesh, IntArray, IntArray]:
     """Read a shape of TOSCA with the vertices whose mirror image is known."""
-    rows = np.loadtxt(folder / f"{name.rstrip('0123456789')}.symmetry.csv", delimiter=",", comments="#")
+    rows = np.loadtxt(folder / f"{_class(name)}.symmetry.csv", delimiter=",", comments="#")
     return load_mesh(folder / f"{name}.ply"), rows[:, 0].astype(np.int64), rows[:, 1].astype(np.int64)
 
 
@@ -205,7 +224,7 @@ def repeatability(
         reference = _detected(null, samples, cache)
         others = sorted(path for path in folder.glob(f"{name}*.ply") if path.stem[len(name) :].isdigit())
         changed = [
-            ("isometry", load_mesh(path), np.arange(null.n_vertices))
+            (f"isometry {path.stem}", load_mesh(path), np.arange(null.n_vertices))
             for path in others
             if path.stem != f"{name}0"
         ]

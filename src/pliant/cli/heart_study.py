@@ -38,8 +38,13 @@ from .output import (
 from .workers import Scheduler, workers
 
 if TYPE_CHECKING:
-    from ..heart import HeartDescription, HeartStudy
+    from collections.abc import Sequence
+
+    from ..heart import HeartDescription, HeartStudy, HeartSubject
     from ..heart._scores import Score
+
+# Per cent, as heart_study has it.
+DISEASED_FROM = 70.0
 
 
 @heart.command()
@@ -274,12 +279,7 @@ def study(
     from ..heart import BagOfFeatures, describe_cohort, heart_study, read_heart_cohort
 
     subjects = read_heart_cohort(cohort)
-    if not any(subject.stenosis or subject.diseased in (0, 1) for subject in subjects):
-        # Said before hours of measuring, not after.
-        message = (
-            f"{cohort} has no label: give stenosis_LAD, stenosis_LCX and stenosis_RCA, or diseased (0 or 1)"
-        )
-        raise InputError(message)
+    _refuse_labels(cohort, subjects, scenario)
     with workers(scheduler) as where:
         measured = describe_cohort(
             subjects,
@@ -321,7 +321,27 @@ def study(
         say(f"measured on {where.words()}")
     for name, reason in left_out.items():
         say(f"left out: {name}: {reason}")
-    say(f"wrote {out / f'{found.scenario}.csv'}")
+    for name in (f"{found.scenario}.csv", "left_out.csv", "settings.json"):
+        say(f"wrote {out / name}")
+
+
+def _refuse_labels(cohort: Path, subjects: Sequence[HeartSubject], scenario: str) -> None:
+    """Refuse labels from which nothing can be learned, before hours of measuring and not after them."""
+    import numpy as np
+
+    from ..heart._problems import problems_of
+
+    if not any(subject.stenosis or subject.diseased in (0, 1) for subject in subjects):
+        message = (
+            f"{cohort} has no label: give stenosis_LAD, stenosis_LCX and stenosis_RCA, or diseased (0 or 1)"
+        )
+        raise InputError(message)
+    if any(subject.stenosis for subject in subjects):
+        known = [s.stenosis for s in subjects if s.stenosis and np.isfinite(s.stenosis).all()]
+        problems_of(len(known), np.reshape(known, (-1, 3)), None, scenario, DISEASED_FROM)
+    else:
+        labels = [s.diseased for s in subjects if s.diseased in (0, 1)]
+        problems_of(len(labels), None, labels, "global", DISEASED_FROM)
 
 
 def _write_segments(path: Path, found: HeartDescription) -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 from dataclasses import asdict, replace
+from typing import Any
 
 import numpy as np
 
@@ -14,7 +15,7 @@ from ...mesh.fingerprint import MeshFingerprint
 from ...spectral import Spectrum, eigenbasis
 from ._frame import Frame
 from .mapping import Limits, Reflection, continuous_symmetry, search_reflections, voting_pairs
-from .partial import search_parts
+from .partial import LIMITS, search_parts
 from .result import Symmetry, SymmetryResult
 from .space import complexity, group_symmetries
 
@@ -51,7 +52,8 @@ def detect_symmetries(
     spectrum : Spectrum, optional
         Of the mesh, where it is known; otherwise 200 eigenpairs are computed.
     limits : Limits, optional
-        What a map must keep to be accepted.
+        What a map of the whole must keep to be accepted. Pairs of limbs have limits of their own; the result's
+        settings name both.
     cache : path-like, optional
         Folder to keep the eigenpairs in.
     rng : int or numpy.random.Generator, optional
@@ -99,7 +101,10 @@ def detect_symmetries(
     (1, 'global')
     """
     limits = limits or Limits()
-    settings = {"samples": int(samples), "k": int(k), "parts": bool(parts), "limits": asdict(limits)}
+    settings: dict[str, Any] = {"samples": int(samples), "k": int(k), "parts": bool(parts)}
+    settings["limits_of_the_whole"] = asdict(limits)
+    if parts:
+        settings["limits_of_limb_pairs"] = dict(LIMITS)
     fingerprint = MeshFingerprint.of(mesh)
     pieces, _ = vertex_components(mesh)
     if pieces > 1:

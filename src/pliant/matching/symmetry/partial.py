@@ -25,6 +25,8 @@ __all__ = ["PartialSearch", "partial_symmetries"]
 
 # Legs of bent animals, front to hind, have differences of log eigenvalues up to .16.
 _SPECTRAL = 0.3
+# What a pair of limbs must keep to be accepted; the limits of the whole are not for them.
+LIMITS = {"distortion": WORST, "eigenvalues": _SPECTRAL}
 # Share of a region that a reflection must carry into the other one to imply the pair.
 _IMPLIED = 0.6
 _SEEDED = 14
