@@ -7,8 +7,9 @@ from .levelset import LevelSet, distance_regularized_level_set
 from .patient import HeartDescription, describe_heart
 from .phantom import Change, HeartPhantom, heart_phantom
 from .phantom_cohort import PhantomCohort, phantom_cohort
+from .segment_names import SEGMENT_NAMES
 from .segmentation import BloodPool, segment_blood_pool, volume_overlap
-from .segments import SEGMENT_NAMES, TERRITORIES, VentricleFrame, aha_segments, ventricle_frame
+from .segments import TERRITORIES, VentricleFrame, aha_segments, ventricle_frame
 from .study import HeartStudy, StudyRow, heart_study
 from .surface import EndocardialSurface, endocardial_surface, mean_face_normal_filter, vertex_diffusion
 from .volume import Volume, load_volume, save_mask

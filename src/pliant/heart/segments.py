@@ -23,7 +23,7 @@ from ._landmarks import (
 from ._ventricle import CUTS, TERRITORY
 from .volume import Volume
 
-__all__ = ["SEGMENT_NAMES", "TERRITORIES", "VentricleFrame", "aha_segments", "ventricle_frame"]
+__all__ = ["TERRITORIES", "VentricleFrame", "aha_segments", "ventricle_frame"]
 
 Origin: TypeAlias = Literal["landmarks", "right ventricle", "automatic"]
 
@@ -32,14 +32,6 @@ TERRITORIES: dict[str, tuple[int, ...]] = {
     name: tuple(int(s) for s in np.flatnonzero(np.equal(TERRITORY, i)) + 1)
     for i, name in enumerate(("LAD", "LCX", "RCA"))
 }
-_RING = ("anterior", "anteroseptal", "inferoseptal", "inferior", "inferolateral", "anterolateral")
-#: Names of segments 1 to 17, in order.
-SEGMENT_NAMES: tuple[str, ...] = (
-    *(f"basal {wall}" for wall in _RING),
-    *(f"mid {wall}" for wall in _RING),
-    *(f"apical {wall}" for wall in ("anterior", "septal", "inferior", "lateral")),
-    "apex",
-)
 # Sectors in the sense of growing turn, from the middle of the septum towards the anterior wall.
 _SIX, _FOUR = np.array([2, 1, 6, 5, 4, 3]), np.array([14, 13, 16, 15])
 

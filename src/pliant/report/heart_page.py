@@ -11,7 +11,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..heart.patient import HeartDescription
-from ..heart.segments import SEGMENT_NAMES, TERRITORIES
+from ..heart.segment_names import SEGMENT_NAMES
+from ..heart.segments import TERRITORIES
 from ..mesh import principal_curvatures
 from .heart import bulls_eye_figure, contour_figure, segment_figure
 from .page import surface_page

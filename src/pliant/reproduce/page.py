@@ -1,4 +1,4 @@
-"""The report: verdicts first, then a section an experiment, in one self-contained HTML file; verdicts as JSON too."""
+"""The report: verdicts first, then a section an experiment, in one self-contained file; verdicts as JSON and Markdown."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ _CLASSES = {"holds": "holds", "holds partly": "partly", "does not hold": "fails"
 
 
 def write_report(folder: Path, outcomes: Sequence[Outcome], *, quick: bool, data: bool) -> None:
-    """Write ``report.html`` and ``verdicts.json`` into a folder, whole or not at all.
+    """Write ``report.html``, ``verdicts.json`` and ``verdicts.md`` into a folder, each whole or not at all.
 
     Parameters
     ----------
@@ -51,6 +51,7 @@ def write_report(folder: Path, outcomes: Sequence[Outcome], *, quick: bool, data
     verdicts = [_verdict(outcome) for outcome in outcomes]
     text = json.dumps(verdicts, indent=1, allow_nan=False, ensure_ascii=False)
     write_atomically(folder / "verdicts.json", text.encode())
+    write_atomically(folder / "verdicts.md", _markdown(outcomes).encode())
     write_atomically(folder / "report.html", _html(folder / "results", outcomes, quick, data).encode())
 
 
@@ -80,6 +81,16 @@ def _verdict(outcome: Outcome) -> dict[str, Any]:
         "rows": rows,
         "seconds": outcome.seconds,
     }
+
+
+def _markdown(outcomes: Sequence[Outcome]) -> str:
+    """Table of verdicts as it stands in the documentation."""
+    lines = ["| what | the dissertation says | verdict | found |", "|---|---|---|---|"]
+    for outcome in outcomes:
+        about, findings = outcome.experiment, outcome.findings
+        cells = (_names(about), about.claim, f"**{findings.verdict}**", findings.summary)
+        lines.append("| " + " | ".join(cell.replace("|", "\\|") for cell in cells) + " |")
+    return "\n".join(lines) + "\n"
 
 
 def _html(place: Path, outcomes: Sequence[Outcome], quick: bool, data: bool) -> str:

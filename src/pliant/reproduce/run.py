@@ -68,7 +68,7 @@ def reproduce(
         Experiments, as ``"table-2.2"``, tables and figures that one of them covers, as ``"figure-2.9"``, or chapters,
         as ``"chapter-2"``; all by default.
     folder : str or path-like
-        Where ``report.html``, ``verdicts.json`` and the results go; made if it is not there.
+        Where ``report.html``, ``verdicts.json``, ``verdicts.md`` and the results go; made if it is not there.
     data : str or path-like, optional
         The evaluation data (see :func:`pliant.datasets.registry`). Without it synthetic shapes and what installed
         packages ship stand in; experiments that nothing can stand in for are listed as not tested.
