@@ -1,4 +1,4 @@
-"""The report: verdicts first, then a section an experiment, in one self-contained file; verdicts as JSON and Markdown."""
+"""The report: verdicts first, then a section an experiment, in one self-contained file; verdicts as JSON and table."""
 
 from __future__ import annotations
 
