@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import pickle
 from pathlib import Path
 
 import numpy as np
@@ -227,3 +228,27 @@ def test_repaired_dirty_meshes_come_out_clean_of_what_it_mends(data: Path, name:
         "degenerate faces", "duplicate faces", "unreferenced vertices", "inconsistently wound faces",
         "inward wound faces",
     }  # fmt: skip
+
+
+def test_a_repair_that_is_taken_for_its_mesh_says_so():
+    mesh = shapes.icosphere(1)
+    repair = repaired(mesh)
+    for name in ("vertices", "n_faces", "area"):
+        with pytest.raises(AttributeError, match=r"a Repair has no .*mesh, index_map = "):
+            getattr(repair, name)
+    with pytest.raises(AttributeError, match="mesh, index_map = "):
+        check_up(repair)
+    with pytest.raises(AttributeError, match=r"no nonsense$"):
+        _ = repair.nonsense
+    copied = pickle.loads(pickle.dumps(repair))
+    assert copied.mesh.n_faces == mesh.n_faces
+
+
+def test_the_largest_piece_alone_is_kept_where_that_is_asked():
+    one, two = shapes.icosphere(2), shapes.icosphere(1).scaled(0.5).translated([4, 0, 0])
+    both = Mesh(np.vstack([two.vertices, one.vertices]), np.vstack([two.faces, one.faces + two.n_vertices]))
+    mesh, index_map = repaired(both, largest=True)
+    assert mesh.n_vertices == one.n_vertices
+    assert (index_map[: two.n_vertices] == -1).all()
+    assert np.array_equal(index_map[two.n_vertices :], np.arange(one.n_vertices))
+    assert repaired(both).mesh.n_vertices == both.n_vertices
