@@ -102,11 +102,29 @@ def test_inspect_names_the_command_that_mends(dirty: Path, capsys: pytest.Captur
         ("without_unreferenced(mesh)", "`pliant mend`"),
         ("use pliant.orient first", "use `pliant mend` first"),
         ("see pliant.check_up(mesh), or", "see `pliant inspect`, or"),
+        (
+            "2 edges; use kind='robust', which takes non-manifold meshes, or mend the mesh (see pliant.check_up)",
+            "2 edges; mend the mesh (see `pliant inspect`)",
+        ),
+        ("first [3]; mend them or use kind='robust'", "first [3]; mend them"),
         ("how to orient it", "how to orient it"),
     ],
 )
 def test_remedies_of_the_library_become_commands(text: str, wanted: str) -> None:
     assert at_the_shell(text) == wanted
+
+
+def test_reasons_at_the_shell_name_commands(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    one = shapes.icosphere(2)
+    other = one.translated([5, 0, 0])
+    two = Mesh(
+        np.vstack([one.vertices, other.vertices]), np.vstack([one.faces, other.faces + one.n_vertices])
+    )
+    pliant.save_mesh(tmp_path / "two.ply", two)
+    assert main(["symmetry", str(tmp_path / "two.ply")]) == 0
+    said = capsys.readouterr().out
+    assert "2 pieces" in said
+    assert "take `pliant mend --largest`" in said
 
 
 def test_every_remedy_of_a_check_up_has_its_command() -> None:

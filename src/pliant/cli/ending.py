@@ -18,6 +18,8 @@ _REMEDIES = (
     (r"pliant\.largest_component\b(\(mesh\))?|\blargest_component\(mesh\)", "`pliant mend --largest`"),
     (r"(pliant\.)?\bmerged\(mesh, tolerance=0\)", "`pliant mend --merge 0`"),
     (r"(pliant\.)?\b(orient|repaired|without_[a-z_]+)\(mesh\)|pliant\.(orient|repaired)\b(?!\()", "`pliant mend`"),
+    # No command has this option: what is left is to mend the mesh.
+    (r"use kind='robust'(, which takes non-manifold meshes)?, or | or use kind='robust'", ""),
     (r"""weights=['"]uniform['"]""", "--weights uniform"),
     (r"pliant\.check_up\b(\(mesh\))?", "`pliant inspect`"),
 )  # fmt: skip

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
+from .ending import at_the_shell
 from .files import write_figure
 from .output import load_examined, output_folder, say, say_json, show_facts, show_table
 
@@ -61,7 +62,7 @@ def symmetry(
 
 def _show(name: str, result: SymmetryResult) -> None:
     if not result.symmetries:
-        show_facts(f"{name}: no symmetry", {str(i + 1): reason for i, reason in enumerate(result.reasons)})
+        show_facts(f"{name}: no symmetry", _reasons(result))
         return
     columns = ("", "kind", "group", "implied by", "confidence", "support", "distortion", "complexity")
     rows = [
@@ -79,7 +80,11 @@ def _show(name: str, result: SymmetryResult) -> None:
     ]
     show_table(f"{name}: {len(rows)} of its symmetries", columns, rows)
     if result.reasons:
-        show_facts("Not found", {str(i + 1): reason for i, reason in enumerate(result.reasons)})
+        show_facts("Not found", _reasons(result))
+
+
+def _reasons(result: SymmetryResult) -> dict[str, str]:
+    return {str(i): at_the_shell(reason) for i, reason in enumerate(result.reasons, start=1)}
 
 
 def _write(folder: Path, name: str, mesh: Mesh, result: SymmetryResult, up: Literal["y", "z"]) -> list[str]:
