@@ -194,6 +194,22 @@ def test_a_page_made_narrower_keeps_both_in_view(pair):
     assert boxes[:, 2:].max() < 0.99
 
 
+def test_numbers_of_a_bar_do_not_touch_on_a_phone(browser, tmp_path):
+    ball = shapes.icosphere(3)
+    small = 0.0012345678 * (2 + ball.vertices[:, 2])
+    shown = [ShownSurface(name, ball, {"small": small}) for name in "ab"]
+    opened = browser.open(write_page(tmp_path / "page.html", comparison_page(shown, title="Two")))
+    opened.wide(390, 844)
+    edges = opened.run(
+        """return [...document.querySelector('.key-ticks').children].map((span) => {
+          const range = document.createRange(); range.selectNodeContents(span);
+          const box = range.getBoundingClientRect(); return [box.left, box.right]; })"""
+    )
+    assert edges[0][1] + 3 < edges[1][0]
+    assert edges[1][1] + 3 < edges[2][0]
+    opened.wide(1280, 800)
+
+
 def test_the_same_scale_is_a_switch(pair):
     opened = pair()
     ticks = "return pliant.panes.map((p) => [...p.place.querySelectorAll('.key-ticks span')].map((s) => s.textContent))"

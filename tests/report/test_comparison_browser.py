@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 
 import numpy as np
 import pytest
@@ -82,3 +83,17 @@ def test_two_surfaces_side_by_side(browser, page):
     browser.wide(390, 844)
     assert run("return document.documentElement.scrollWidth") == 390
     assert browser.errors() == []
+
+
+def test_a_mesh_alone_is_coloured_by_height_along_what_is_up(tmp_path):
+    egg = shapes.ellipsoid((1.0, 2.0, 3.0), 2)
+    save_mesh(tmp_path / "egg.ply", egg)
+    page = tmp_path / "view.html"
+    for up, axis in (("y", 1), ("z", 2)):
+        assert main(["view", str(tmp_path / "egg.ply"), "-o", str(page), "--up", up, "--unit", "mm"]) == 0
+        text = page.read_text(encoding="utf-8")
+        data = json.loads(re.search(r'id="surfaces">(.*?)</script>', text, re.S).group(1))
+        (layer,) = data[0]["layers"]
+        assert layer["name"] == "height (mm)"
+        low, high = np.percentile(egg.vertices[:, axis].astype("f4"), (2, 98))
+        np.testing.assert_allclose([layer["low"], layer["high"]], [low, high], rtol=1e-5)

@@ -8,7 +8,7 @@ import pytest
 from pliant import shapes
 from pliant.report._payload import surface_payload
 from pliant.report.colours import MISSING
-from pliant.report.labels import AHA_NAMES, LABEL_COLOURS, is_aha, label_values
+from pliant.report.labels import AHA_NAMES, LABEL_COLOURS, is_aha, label_facts, label_values
 
 # Linear RGB to CIE XYZ (D65), and what dichromats see of linear RGB (Viénot 1999), another model than the palette's.
 XYZ = np.array([[0.4124, 0.3576, 0.1805], [0.2126, 0.7152, 0.0722], [0.0193, 0.1192, 0.9505]])
@@ -64,6 +64,12 @@ def test_the_17_segments_are_known_by_their_names():
     assert not is_aha(None)
     assert AHA_NAMES[1] == "1 basal anterior"
     assert AHA_NAMES[17] == "17 apex"
+
+
+def test_a_segment_has_one_colour_whether_or_not_some_vertices_are_in_none():
+    all_of_them, with_none = (label_facts(np.arange(18.0), tuple(range(i, 18)), None) for i in (1, 0))
+    assert with_none["colours"][1:] == all_of_them["colours"] == list(LABEL_COLOURS[:17])
+    assert len(set(with_none["colours"])) == 18
 
 
 def test_the_page_carries_each_labels_name_count_and_colour():

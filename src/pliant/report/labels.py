@@ -72,11 +72,14 @@ def is_aha(labels: Iterable[int] | None) -> bool:
 
 def label_facts(field: FloatArray, labels: tuple[int, ...], names: LabelNames | None) -> dict[str, object]:
     """Return what a page needs to show labels: values, names, counts and colours."""
+    aha = is_aha(labels)
     if names is None:
-        names = AHA_NAMES if is_aha(labels) else {}
+        names = AHA_NAMES if aha else {}
+    # A segment has the same colour whether or not what is in none has a label too.
+    places = [(value - 1) % 18 for value in labels] if aha else range(len(labels))
     return {
         "values": list(labels),
         "names": [names.get(value, str(value).replace("-", "−")) for value in labels],
         "counts": [int((field == value).sum()) for value in labels],
-        "colours": list(LABEL_COLOURS[: len(labels)]),
+        "colours": [LABEL_COLOURS[place] for place in places],
     }

@@ -56,7 +56,7 @@ class ColourKey {
     const bar = element("div", { class: "key-bar", role: "img", "aria-label": `Colour bar, ${layer.name}: ${readable(low)} to ${readable(high)}` });
     bar.style.backgroundImage = gradient(table);
     const ticks = element("div", { class: "key-ticks" });
-    ticks.append(...[low, middle, high].map((value) => element("span", {}, readable(value))));
+    ticks.append(...[low, middle, high].map((value) => element("span", {}, readable(Number(value.toPrecision(4))))));
     const name = element("p", { class: "key-name" }, logarithmic ? `${layer.name}, logarithmic` : layer.name);
     const notes = [clipped(values, low, high)].filter(Boolean).map((text) => element("p", { class: "hint key-clipped" }, text));
     this.place.replaceChildren(name, bar, ticks, ...notes, ...this.missing(layer.missing, values.length));
