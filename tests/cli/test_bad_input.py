@@ -127,6 +127,17 @@ def test_what_is_no_input(
     assert sorted(place.iterdir()) == before
 
 
+def test_results_to_agree_with_are_read_before_the_work(
+    place: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (tmp_path / "cohort.csv").write_text(f"subject,mesh\na,{place / 'sphere.ply'}\n")
+    (tmp_path / "sites.csv").write_text("vertex\n1\n")
+    arguments = ["cortex", str(tmp_path / "cohort.csv"), "--landmarks", str(tmp_path / "sites.csv")]
+    assert main([*arguments, "--beside", str(place / "folder"), "-o", str(tmp_path / "out")]) == 3
+    assert "sites.csv" in capsys.readouterr().err
+    assert not (tmp_path / "out").exists()
+
+
 @pytest.mark.parametrize("out", ["sphere.ply", "sphere.ply/below"])
 @pytest.mark.parametrize("command", FOLDERS_OF_RESULTS, ids=" ".join)
 def test_a_folder_that_cannot_be_made_is_bad_usage(

@@ -108,7 +108,10 @@ def cortex(
     The dissertation's settings are --scale linear --bins 10 --deviation bins.
     """
     from ..cortex import ContextSignature, read_cohort
-    from .cohort_files import write_all
+    from .cohort_files import read_deviations, write_all
+
+    for folder in beside or []:
+        read_deviations(folder)  # refused before hours of measuring, not after them
 
     signature = ContextSignature(
         count=count, radius=radius, bins=bins, scale=scale, graph=graph, smoothing=smoothing, samples=samples,
