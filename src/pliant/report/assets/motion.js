@@ -8,7 +8,7 @@ const SLOW_FRAME = 50, REST_AFTER = 220; // ms
 
 class Motion {
   constructor(gl, redraw) {
-    Object.assign(this, { gl, redraw, level: 0, slow: 0, moving: false, fence: null, times: [] });
+    Object.assign(this, { gl, redraw, level: 0, slow: 0, moving: false, fence: null });
   }
 
   /** What to draw with now. */
@@ -53,7 +53,6 @@ class Motion {
 
   /** Two slow frames running lower the detail of motion; a fast one at rest, drawn in full, restores it. */
   learn(time, moving) {
-    this.times = [...this.times.slice(-199), time];
     if (!moving && this.level) {
       if (time < SLOW_FRAME / 2) this.level = 0;
       return;
