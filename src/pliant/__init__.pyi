@@ -23,12 +23,16 @@ from .evaluate import map_error as map_error
 from .geodesic import EdgeGraph as EdgeGraph
 from .geodesic import FieldEstimate as FieldEstimate
 from .geodesic import GeodesicHierarchy as GeodesicHierarchy
+from .geodesic import GeodesicPath as GeodesicPath
 from .geodesic import Neighbourhoods as Neighbourhoods
+from .geodesic import distance_to_set as distance_to_set
 from .geodesic import edge_graph as edge_graph
 from .geodesic import estimate_gfe as estimate_gfe
 from .geodesic import gch as gch
 from .geodesic import gch_edges as gch_edges
 from .geodesic import geodesic_distances as geodesic_distances
+from .geodesic import geodesic_path as geodesic_path
+from .geodesic import geodesic_paths as geodesic_paths
 from .geodesic import gfe as gfe
 from .geodesic import nearest as nearest
 from .heart import BagOfFeatures as BagOfFeatures

@@ -5,13 +5,15 @@ from __future__ import annotations
 from typing import Literal
 
 import numpy as np
+import scipy.sparse as sp
 from numpy.typing import ArrayLike
 
 from .._arrays import FloatArray, IntArray, vertex_indices
 from ..errors import InputError, MeshError, require
 from ..mesh import Mesh
 from .cuda import Device, on_cuda
-from .graph import component_labels, edge_graph
+from .forest import shortest_path_forest
+from .graph import EdgeGraph, GraphKind, as_graph, component_labels, edge_graph
 from .hierarchy import GeodesicHierarchy
 from .sweeps import checked_limit
 
@@ -35,7 +37,7 @@ def geodesic_distances(
     mesh : Mesh
         Any triangle mesh.
     sources : int or (s,) array_like of int
-        Vertex numbers. Each gets a row of its own; take ``.min(axis=0)`` for the distance to a set.
+        Vertex numbers. Each gets a row of its own; :func:`pliant.distance_to_set` takes them as one.
     method : {"graph", "refined", "heat", "exact"}
         ``"graph"``: shortest paths along edges; exact for the graph, about a tenth above the surface distance,
         a fifth or more in the worst directions.
@@ -95,6 +97,65 @@ def geodesic_distances(
     found = _by_component(mesh, wanted, method)
     found[found > limit] = np.inf
     return found
+
+
+def distance_to_set(
+    mesh: Mesh | EdgeGraph | sp.sparray,
+    sources: ArrayLike,
+    *,
+    graph: GraphKind = "edges",
+    max_distance: float | None = None,
+) -> tuple[FloatArray, IntArray]:
+    """Geodesic distance of every vertex to a set of vertices, and which of them is nearest.
+
+    A curve, a boundary or a region are sets: list their vertices. The vertices with one nearest source are its
+    geodesic Voronoi cell, cut along the graph.
+
+    Parameters
+    ----------
+    mesh : Mesh, EdgeGraph or sparse matrix
+        Where to measure.
+    sources : int or (s,) array_like of int
+        Vertex numbers of the set; none are a set that is infinitely far.
+    graph : {"edges", "refined"}
+        Where paths run, see :func:`pliant.edge_graph`.
+    max_distance : float, optional
+        Go no farther than this, which saves the time for the rest.
+
+    Returns
+    -------
+    distances : (n,) array of float
+        In the mesh's unit; inf where no path leads or beyond ``max_distance``.
+    nearest : (n,) array of int
+        Places in ``sources`` (``sources[nearest]`` are vertices), -1 where the distance is inf. Of sources at one
+        distance, to 1e-12 of it, the first listed.
+
+    Raises
+    ------
+    InputError
+        If a source is not a vertex, the kind of graph is unknown, or ``max_distance`` is negative or NaN.
+
+    Notes
+    -----
+    One run of Dijkstra's algorithm from all sources together (SciPy's), O(n log n) however many they are: 30 ms over
+    edges at 41,000 vertices, .23 s over refined paths, most of it for the graph.
+
+    Distances are too long, by as much as :func:`pliant.geodesic_distances` says of its methods ``"graph"`` and
+    ``"refined"``; over edges the borders of cells show the grain of the triangulation.
+
+    Examples
+    --------
+    >>> from pliant import shapes
+    >>> from pliant.mesh import boundary_edges
+    >>> tube = shapes.cylinder(height=2.0, rows=17, caps=False)
+    >>> distances, _ = distance_to_set(tube, boundary_edges(tube)[:, 0])
+    >>> round(float(distances.max()), 6)  # half way between the rims
+    1.0
+    """
+    metric = as_graph(mesh, graph)
+    wanted = vertex_indices(sources, metric.n_vertices, "sources")
+    found = shortest_path_forest(metric, wanted, checked_limit(max_distance))
+    return found.distances, found.labels
 
 
 def _by_component(mesh: Mesh, sources: IntArray, method: Literal["heat", "exact"]) -> FloatArray:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, Literal
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
 import scipy.sparse as sp
@@ -110,11 +110,11 @@ def edge_graph(mesh: Mesh, kind: GraphKind = "edges") -> EdgeGraph:
     if kind != "refined":
         message = f'graph must be "edges" or "refined", got {kind!r}'
         raise InputError(message)
-    diagonals, lengths = _unfolded_diagonals(mesh)
+    diagonals = unfolded_diagonals(mesh)
     return EdgeGraph(
         mesh.n_vertices,
-        np.concatenate([mesh.edges, diagonals]),
-        np.concatenate([mesh.edge_lengths, lengths]),
+        np.concatenate([mesh.edges, diagonals.ends]),
+        np.concatenate([mesh.edge_lengths, diagonals.lengths]),
     )
 
 
@@ -165,7 +165,16 @@ def _simple(n: int, edges: IntArray, lengths: FloatArray) -> tuple[IntArray, Flo
     return ends[chosen], lengths[chosen]
 
 
-def _unfolded_diagonals(mesh: Mesh) -> tuple[IntArray, FloatArray]:
+class Diagonals(NamedTuple):
+    """Segments across an edge: their ends, their lengths, the edges they cross and how far along these."""
+
+    ends: IntArray
+    lengths: FloatArray
+    across: IntArray
+    fractions: FloatArray
+
+
+def unfolded_diagonals(mesh: Mesh) -> Diagonals:
     """Segments between the far corners of neighbouring triangles that stay inside the unfolded pair."""
     left, right, far = _neighbouring_pairs(mesh)
     a, b = mesh.vertices[left], mesh.vertices[right]
@@ -177,7 +186,12 @@ def _unfolded_diagonals(mesh: Mesh) -> tuple[IntArray, FloatArray]:
     height = y0 + y1
     crossing = np.divide(x0 * y1 + x1 * y0, height, out=np.full_like(height, -1.0), where=height > 0)
     inside: BoolArray = (y0 > 0) & (y1 > 0) & (crossing > 0) & (crossing < base)
-    return far[inside], np.hypot(x1 - x0, height)[inside]
+    return Diagonals(
+        far[inside],
+        np.hypot(x1 - x0, height)[inside],
+        np.column_stack([left, right])[inside],
+        (crossing / base)[inside],
+    )
 
 
 def _neighbouring_pairs(mesh: Mesh) -> tuple[IntArray, IntArray, IntArray]:
