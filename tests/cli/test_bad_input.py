@@ -19,6 +19,7 @@ MESH_COMMANDS = (
     ["inspect"],
     ["mend", "-o", "out.ply"],
     ["field", "-o", "out.npz"],
+    ["path", "0", "5", "-o", "out.csv"],
     ["describe", "-o", "out.npz"],
     ["symmetry", "-o", "out"],
     ["components", "-o", "out.npz"],

@@ -127,6 +127,19 @@ def test_half_way_round_a_sphere() -> None:
     assert refined < np.pi * 1.03
 
 
+def test_no_path_is_shorter_than_the_surface_allows() -> None:
+    mesh = crumpled(7)
+    exact = pliant.geodesic_distances(mesh, 0, method="exact")[0]
+    everywhere = np.arange(mesh.n_vertices)
+    edges, refined = (
+        np.array([path.length for path in pliant.geodesic_paths(mesh, 0, everywhere, graph=kind)])
+        for kind in KINDS
+    )
+    assert (exact <= refined + 1e-9).all()
+    assert (refined <= edges + 1e-12).all()
+    assert (refined < edges - 1e-3).sum() > 20
+
+
 def test_a_step_over_a_fold_crosses_it_at_a_point() -> None:
     path = pliant.geodesic_path(FOLDED, 1, 3, graph="refined")
     assert path.vertices.tolist() == [1, -1, 3]
@@ -274,8 +287,10 @@ def test_what_cannot_be_a_path() -> None:
     n = mesh.n_vertices
     with pytest.raises(InputError, match=f"source: 1 of 1 are outside 0..{n - 1}"):
         pliant.geodesic_path(mesh, n, 0)
-    with pytest.raises(InputError, match="targets: 1 of 1 are outside"):
+    with pytest.raises(InputError, match="target: 1 of 1 are outside"):
         pliant.geodesic_path(mesh, 0, -1)
+    with pytest.raises(InputError, match="targets: 1 of 2 are outside"):
+        pliant.geodesic_paths(mesh, 0, [1, n])
     with pytest.raises(InputError, match="source must be one vertex number, got 2"):
         pliant.geodesic_paths(mesh, [0, 1], [2])  # type: ignore[arg-type]
     with pytest.raises(

@@ -26,6 +26,7 @@ from .heart_study import heart
 from .image import image
 from .inspect import inspect
 from .mend import mend
+from .path import path
 from .reproduce import reproduce
 from .retrieval import retrieval
 from .retrieval_index import add, query, remove, serve
@@ -50,6 +51,7 @@ app.command()(demo)
 app.command()(inspect)
 app.command()(mend)
 app.command()(field)
+app.command()(path)
 app.command()(describe)
 app.command()(symmetry)
 app.command()(cortex)

@@ -131,10 +131,11 @@ def geodesic_path(
     (3.32, 3.14)
     >>> heights = path.interpolated(sphere.vertices[:, 2])  # a profile along the path
     """
-    if np.size(target) != 1:
-        message = f"target must be one vertex number, got {np.size(target)}; geodesic_paths takes many"
+    ends = vertex_indices(target, mesh.n_vertices, "target")
+    if len(ends) != 1:
+        message = f"target must be one vertex number, got {len(ends)}; geodesic_paths takes many"
         raise InputError(message)
-    return geodesic_paths(mesh, source, target, graph=graph)[0]
+    return geodesic_paths(mesh, source, ends, graph=graph)[0]
 
 
 def geodesic_paths(
