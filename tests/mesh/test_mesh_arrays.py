@@ -14,8 +14,9 @@ from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 from mesh_file_samples import FACES, SAMPLES, VERTICES
 
-from pliant.errors import FileFormatError, InputError, PliantError
-from pliant.mesh import Mesh, load_arrays, load_mesh, save_arrays, save_mesh
+from pliant.errors import FileFormatError, InputError, PliantError, PliantWarning
+from pliant.mesh import Mesh, load_arrays, load_mesh, load_parcellation, save_arrays, save_mesh
+from pliant.mesh.arrays import holds_arrays_only
 
 MESH = Mesh(VERTICES, FACES)
 PLAIN = {
@@ -210,3 +211,111 @@ def test_real_gifti_data_against_nibabel(data: Path) -> None:
     path = data / "cortex" / "slam" / "example_dpf.gii"
     (values,) = load_arrays(path).values()
     np.testing.assert_array_equal(values, nibabel.load(path).agg_data())
+
+
+def test_npy_is_called_like_its_file(tmp_path: Path) -> None:
+    np.save(tmp_path / "heat.npy", PLAIN["missing"])
+    back = load_arrays(tmp_path / "heat.npy")
+    assert list(back) == ["heat"]
+    np.testing.assert_array_equal(back["heat"], PLAIN["missing"])
+
+
+@pytest.mark.parametrize(
+    ("broken", "words"),
+    [
+        (lambda data: data[:-3], "claims 48 bytes and has 45"),
+        (lambda data: data.replace(b"(6,)", b"(6000000000000,)".ljust(4)), "NPY|claims"),
+        (lambda data: b"", "empty|NPY"),
+        (lambda data: b"no numbers", "NPY"),
+    ],
+)
+def test_a_broken_npy_is_refused(broken, words, tmp_path: Path) -> None:
+    stream = io.BytesIO()
+    np.save(stream, PLAIN["missing"])
+    (tmp_path / "x.npy").write_bytes(broken(stream.getvalue()))
+    with pytest.raises(FileFormatError, match=words):
+        load_arrays(tmp_path / "x.npy")
+
+
+def test_an_npy_of_objects_is_not_unpickled(tmp_path: Path) -> None:
+    np.save(tmp_path / "x.npy", np.array([{"a": 1}], dtype=object), allow_pickle=True)
+    with pytest.raises(FileFormatError, match="pickled objects"):
+        load_arrays(tmp_path / "x.npy")
+
+
+@pytest.mark.parametrize(
+    ("text", "expected"),
+    [
+        ("1\n2\n3\n", {"x": [1, 2, 3]}),
+        ("thickness,part\n0.5,1\n,2\n2e-1,1\n", {"thickness": [0.5, np.nan, 0.2], "part": [1, 2, 1]}),
+        ("# made by hand\n1;2\n3;4\n", {"column 1": [1, 3], "column 2": [2, 4]}),
+        ("\ufeffa\tb\n1\t-1\n", {"a": [1], "b": [-1]}),
+        ("1 2.5\n3 nan\n", {"column 1": [1, 3], "column 2": [2.5, np.nan]}),
+    ],
+)
+def test_tables(text: str, expected: dict[str, list[float]], tmp_path: Path) -> None:
+    (tmp_path / "x.csv").write_text(text, encoding="utf-8")
+    back = load_arrays(tmp_path / "x.csv")
+    assert list(back) == list(expected)
+    for name, values in expected.items():
+        np.testing.assert_array_equal(back[name], values)
+        assert back[name].dtype == np.asarray(values).dtype
+
+
+def test_a_column_of_words_is_left_out_and_said(tmp_path: Path) -> None:
+    (tmp_path / "x.csv").write_text("name,value\nleft,1\nright,2\n")
+    with pytest.warns(PliantWarning, match="do not hold numbers: name"):
+        assert list(load_arrays(tmp_path / "x.csv")) == ["value"]
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("1,2\n3\n", "1 rows do not have the 2 cells .* row 2 with 1"),
+        ("\n", "empty"),
+        ("a,b\nc,d\n", "no column"),
+    ],
+)
+def test_a_table_without_numbers_or_rows_of_one_length_is_refused(
+    text: str, words: str, tmp_path: Path
+) -> None:
+    (tmp_path / "x.csv").write_text(text)
+    with pytest.raises(FileFormatError, match=words):
+        load_arrays(tmp_path / "x.csv")
+
+
+def test_freesurfer_morphometry_and_annotations(tmp_path: Path) -> None:
+    from nibabel.freesurfer import write_annot, write_morph_data
+
+    write_morph_data(tmp_path / "lh.thickness", np.array([1.5, 2.5, 0.0]))
+    assert load_arrays(tmp_path / "lh.thickness")["lh.thickness"].tolist() == [1.5, 2.5, 0.0]
+    whole = (tmp_path / "lh.thickness").read_bytes()
+    (tmp_path / "lh.thickness").write_bytes(whole[:-1])
+    with pytest.raises(FileFormatError):
+        load_arrays(tmp_path / "lh.thickness")
+    colours = np.array([[9, 0, 0, 0, 0], [0, 9, 0, 0, 0]])
+    write_annot(tmp_path / "lh.x.annot", np.array([1, 0, -1]), colours, ["a", "b"], fill_ctab=True)
+    assert load_arrays(tmp_path / "lh.x.annot")["lh.x.annot"].tolist() == [1, 0, -1]
+    assert load_parcellation(tmp_path / "lh.x.annot").names == {0: "a", 1: "b"}
+    annot = (tmp_path / "lh.x.annot").read_bytes()
+    for stop in range(0, len(annot), 7):
+        (tmp_path / "cut.annot").write_bytes(annot[:stop])
+        with pytest.raises(FileFormatError):
+            load_parcellation(tmp_path / "cut.annot")
+
+
+def test_meshes_are_told_from_arrays(tmp_path: Path) -> None:
+    save_mesh(tmp_path / "m.gii", MESH)
+    save_arrays(tmp_path / "a.shape.gii", {"a": np.arange(6.0)})
+    (tmp_path / "texture.gii").write_bytes((tmp_path / "a.shape.gii").read_bytes())
+    save_mesh(tmp_path / "m.vtk", MESH, data=PLAIN)
+    told = {name: holds_arrays_only(tmp_path / name) for name in ("m.gii", "texture.gii", "m.vtk", "no.gii")}
+    assert told == {"m.gii": False, "texture.gii": True, "m.vtk": False, "no.gii": False}
+
+
+@pytest.mark.data
+def test_real_morphometry_against_nibabel(data: Path) -> None:
+    from nibabel.freesurfer import read_morph_data
+
+    path = data / "cortex" / "subject1" / "lh.thickness"
+    np.testing.assert_array_equal(load_arrays(path)["lh.thickness"], read_morph_data(path))

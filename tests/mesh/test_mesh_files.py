@@ -296,7 +296,7 @@ def test_real_cortex_against_nibabel(data: Path) -> None:
         np.testing.assert_array_equal(mesh.vertices, vertices)
         np.testing.assert_array_equal(mesh.faces, faces)
     thickness = data / "cortex" / "subject1" / "lh.thickness"
-    with pytest.raises(FileFormatError, match="per-vertex data"):
+    with pytest.raises(FileFormatError, match="load_arrays reads them"):
         load_mesh(thickness)
 
 

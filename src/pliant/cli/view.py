@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from ..report import ShownSurface
 
 _COLUMNS = 6
-_RESULTS = (".npz", ".shape.gii", ".func.gii", ".label.gii")
+_PARCELLATIONS = (".annot", ".annot.gz", ".label.gii")
 _WIDEST = 64
 
 
@@ -31,8 +31,8 @@ def view(
         list[Path],
         typer.Argument(
             metavar="FILE...",
-            help="Meshes, each followed by its results: arrays of one row a vertex (NPZ, GIFTI), or a folder that "
-            "pliant symmetry wrote.",
+            help="Meshes, each followed by its results: arrays of one row a vertex (NPZ, NPY, CSV, GIFTI, FreeSurfer's "
+            "morphometry and annotations), or a folder that pliant symmetry wrote.",
         ),
     ],
     output: Annotated[
@@ -61,12 +61,14 @@ def view(
 
 
 def _surfaces(files: Sequence[Path], up: str, unit: str) -> list[ShownSurface]:
+    from ..mesh.arrays import holds_arrays_only
+
     groups: list[tuple[Path, list[Path]]] = []
     for path in files:
         if not path.exists():
             message = f"{path}: no such file"
             raise FileFormatError(message)
-        if not path.is_dir() and not path.name.lower().endswith(_RESULTS):
+        if not path.is_dir() and not holds_arrays_only(path):
             groups.append((path, []))
         elif groups:
             groups[-1][1].append(path)
@@ -90,18 +92,24 @@ def _names(paths: Sequence[Path]) -> list[str]:
 
 def _surface(name: str, path: Path, results: Sequence[Path], up: str, unit: str) -> ShownSurface:
     from .. import load_arrays
+    from ..mesh import load_parcellation
     from ..report import ShownSurface
     from ..report.labels import is_aha, label_values
 
     mesh, _ = load_examined(path)
     arrays: dict[str, Any] = {}
     maps: dict[str, Any] = {}
+    label_names: dict[str, dict[int, str]] = {}
     notes: list[str] = []
     for result in results:
         if result.is_dir():
             found, told = _maps(result, mesh)
             maps.update(found)
             notes += told
+        elif result.name.lower().endswith(_PARCELLATIONS):
+            parcels = load_parcellation(result)
+            arrays[result.name] = np.where(parcels.labels < 0, np.nan, parcels.labels)
+            label_names[result.name] = parcels.names
         else:
             arrays.update(load_arrays(result))
     if not results and path.suffix.lower() in (".ply", ".vtk", ".vtp", ".vtu", ".gii"):
@@ -120,7 +128,8 @@ def _surface(name: str, path: Path, results: Sequence[Path], up: str, unit: str)
         charts,
         maps,
         None if segments is None else np.nan_to_num(segments).astype(np.int64),
-        notes=notes,
+        label_names,
+        notes,
     )
 
 

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import gzip
-import tempfile
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -18,6 +16,7 @@ from .._arrays import FloatArray, IntArray, as_floats, as_indices, frozen, verte
 from .._tables import table_rows
 from ..errors import FileFormatError, InputError, first_indices
 from ..mesh import Mesh
+from ..mesh.parcellation import load_parcellation
 
 __all__ = ["Landmarks", "landmarks_at", "parcel_centres", "read_landmarks", "snapped_landmarks"]
 
@@ -225,12 +224,9 @@ def read_landmarks(path: str | Path, mesh: Mesh) -> Landmarks:
     [4, 9]
     """
     path = Path(path)
-    if path.name.endswith((".annot", ".annot.gz")):
-        labels, names = _annotation(path)
-        return parcel_centres(mesh, labels, names=names)
-    if path.suffix.lower() == ".gii":
-        labels, names = _gifti_labels(path)
-        return parcel_centres(mesh, labels, names=names)
+    if path.name.lower().endswith((".annot", ".annot.gz", ".gii")):
+        parcels = load_parcellation(path)
+        return parcel_centres(mesh, parcels.labels, names=parcels.names)
     if path.suffix.lower() != ".csv":
         message = f"{path}: landmarks are read from .csv, .annot, .annot.gz and .label.gii"
         raise FileFormatError(message)
@@ -268,43 +264,3 @@ def _centre(mesh: Mesh, members: IntArray) -> int:
     sample = largest[np.unique(np.linspace(0, len(largest) - 1, _SAMPLES).round().astype(np.int64))]
     squares = dijkstra(links, directed=False, indices=sample)[:, largest] ** 2
     return int(members[largest[np.argmin(squares.sum(axis=0))]])
-
-
-def _annotation(path: Path) -> tuple[IntArray, dict[int, str]]:
-    from nibabel.freesurfer import read_annot
-
-    try:
-        content = gzip.decompress(path.read_bytes()) if path.suffix == ".gz" else path.read_bytes()
-        if len(content) < 8 or len(content) < 4 + 8 * int.from_bytes(content[:4], "big"):
-            message = f"{path}: not an annotation, or cut short: {len(content)} bytes"
-            raise FileFormatError(message)
-        with tempfile.NamedTemporaryFile(suffix=".annot") as plain:
-            plain.write(content)
-            plain.flush()
-            labels, _, names = read_annot(plain.name)
-    except (gzip.BadGzipFile, ValueError, IndexError, EOFError, MemoryError) as error:
-        if isinstance(error, FileFormatError):
-            raise
-        message = f"{path}: not an annotation: {error}"
-        raise FileFormatError(message) from error
-    return as_indices(labels, "labels"), {i: name.decode("utf-8", "replace") for i, name in enumerate(names)}
-
-
-def _gifti_labels(path: Path) -> tuple[IntArray, dict[int, str]]:
-    import nibabel
-
-    try:
-        image = nibabel.gifti.GiftiImage.from_bytes(path.read_bytes())
-        arrays = [array.data for array in image.darrays]
-        names = {int(key): str(name) for key, name in image.labeltable.get_labels_as_dict().items()}
-    except OSError:
-        raise
-    except Exception as error:  # the reader's own, XML's, base64's and zlib's
-        message = f"{path}: not a GIFTI parcellation: {type(error).__name__}: {error}"
-        raise FileFormatError(message) from error
-    if not arrays or not np.issubdtype(arrays[0].dtype, np.integer) or not names:
-        message = f"{path}: holds no parcellation: a label file has a table of names and whole numbers"
-        raise FileFormatError(message)
-    labels = np.ravel(arrays[0]).astype(np.int64)
-    # A label without a name is none: GIFTI writes them as 0 or -1, and has no rule.
-    return np.where(np.isin(labels, list(names)), labels, -1), names

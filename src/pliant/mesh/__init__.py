@@ -6,6 +6,7 @@ from .check import CheckUp, Finding, check_up
 from .curvature import Curvatures, principal_curvatures
 from .files import load_mesh, save_mesh
 from .formats import triangulated
+from .parcellation import Parcellation, load_parcellation
 from .perturb import Perturbed, perturbed, with_noise
 from .repair import (
     Repair,
@@ -26,6 +27,7 @@ __all__ = [
     "Curvatures",
     "Finding",
     "Mesh",
+    "Parcellation",
     "Perturbed",
     "Repair",
     "boundary_edges",
@@ -35,6 +37,7 @@ __all__ = [
     "largest_component",
     "load_arrays",
     "load_mesh",
+    "load_parcellation",
     "merged",
     "orient",
     "perturbed",

@@ -1,4 +1,4 @@
-"""Per-vertex arrays in and out: NPZ, PLY, VTK, GIFTI."""
+"""Per-vertex arrays in and out: NPZ, NPY, tables, PLY, VTK, GIFTI, FreeSurfer."""
 
 from __future__ import annotations
 
@@ -15,6 +15,8 @@ from numpy.typing import ArrayLike, NDArray
 from ..errors import FileFormatError, InputError
 from .files import read_contents, report_notes
 from .formats import FORMATS, checked_arrays, file_bytes, for_writing, gifti, write_atomically
+from .loose_arrays import TABLES, read_npy, read_table, stored_array
+from .parcellation import ANNOTATIONS, load_parcellation
 from .surface import Mesh
 
 _MESH_KEYS = ("vertices", "faces")
@@ -76,18 +78,22 @@ def save_arrays(
 
 
 def load_arrays(path: str | os.PathLike[str]) -> dict[str, NDArray[Any]]:
-    """Read the per-vertex arrays of an NPZ, PLY, VTK, VTP, VTU or GIFTI file.
+    """Read the per-vertex arrays of a file.
+
+    Reads NPZ and NPY; tables of text with one row a vertex (``.csv``, ``.tsv``, ``.txt``, columns named by a first row
+    or numbered); PLY, VTK, VTP, VTU and GIFTI; FreeSurfer's morphometry (``lh.thickness``, ``lh.curv``) and annotations
+    (``.annot``), whose names :func:`pliant.mesh.load_parcellation` has.
 
     Parameters
     ----------
     path : str or path-like
-        The file. NPZ is read without unpickling anything.
+        The file. Nothing is unpickled.
 
     Returns
     -------
     dict of str to ndarray
         In file order; empty where the file holds a mesh alone. GIFTI arrays without a name are called
-        ``array_0``, ``array_1``, ...
+        ``array_0``, ``array_1``, ...; a single array without a name is called like its file.
 
     Raises
     ------
@@ -108,11 +114,50 @@ def load_arrays(path: str | os.PathLike[str]) -> dict[str, NDArray[Any]]:
     {'thickness': array([2.5, 3. ], dtype=float32)}
     """
     path = Path(path)
-    if path.name.lower().endswith(".npz"):
+    name = path.name.lower()
+    if name.endswith(".npz"):
         return _read_npz(path)
+    if name.endswith(".npy"):
+        return read_npy(path)
+    if name.endswith(ANNOTATIONS):
+        return {path.name: load_parcellation(path).labels}
+    if name.endswith(TABLES):
+        arrays, notes = read_table(path)
+        report_notes(path, notes)
+        return arrays
     contents, notes = read_contents(path)
     report_notes(path, notes)
-    return dict(contents.data)
+    return {array or path.name: values for array, values in contents.data.items()}
+
+
+def holds_arrays_only(path: str | os.PathLike[str]) -> bool:
+    """Tell per-vertex arrays without a mesh from a mesh, by a file's ending or else by what is in it.
+
+    Parameters
+    ----------
+    path : str or path-like
+        The file.
+
+    Returns
+    -------
+    bool
+        False also for what cannot be read: reading it as a mesh says why.
+
+    Examples
+    --------
+    >>> holds_arrays_only("thickness.csv"), holds_arrays_only("bunny.obj")
+    (True, False)
+    """
+    path = Path(path)
+    name = path.name.lower()
+    if name.endswith((".npz", ".npy", ".shape.gii", ".func.gii", ".label.gii", *TABLES, *ANNOTATIONS)):
+        return True
+    if any(name.removesuffix(".gz").endswith(known.endings) for known in FORMATS if known.name != "GIFTI"):
+        return False
+    try:
+        return read_contents(path)[0].vertices is None
+    except FileFormatError:
+        return False
 
 
 def _npz(arrays: Mapping[str, ArrayLike], mesh: Mesh | None) -> bytes:
@@ -152,22 +197,5 @@ def _read_npz(path: Path) -> dict[str, NDArray[Any]]:
 
 
 def _npy(archive: zipfile.ZipFile, name: str) -> NDArray[Any]:
-    # np.load allocates what an entry's header claims; here the claim is compared with the entry first.
     with archive.open(name) as stream:
-        version = np.lib.format.read_magic(stream)
-        read_header = (
-            np.lib.format.read_array_header_1_0 if version == (1, 0) else np.lib.format.read_array_header_2_0
-        )
-        shape, column_order, dtype = read_header(stream)
-        if dtype.hasobject:
-            message = f"{name} holds pickled objects, which are not read"
-            raise FileFormatError(message)
-        size = int(np.prod([*shape], dtype=object)) * dtype.itemsize if shape else dtype.itemsize
-        if size > archive.getinfo(name).file_size:
-            message = f"{name} claims {size} bytes and has {archive.getinfo(name).file_size}"
-            raise FileFormatError(message)
-        raw = stream.read(size)
-    if len(raw) != size:
-        message = f"{name} claims {size} bytes and has {len(raw)}"
-        raise FileFormatError(message)
-    return np.frombuffer(raw, dtype=dtype).reshape(shape, order="F" if column_order else "C").copy()
+        return stored_array(stream, archive.getinfo(name).file_size, name)

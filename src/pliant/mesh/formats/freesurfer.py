@@ -1,4 +1,4 @@
-"""FreeSurfer geometry (lh.white, rh.pial, ...): no extension, recognised by its first three bytes."""
+"""FreeSurfer geometry (lh.white, ...) and morphometry (lh.thickness, ...), recognised by their first three bytes."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from ..._arrays import IntArray
 from ...errors import FileFormatError
 from ..surface import Mesh
-from .contents import Contents
+from .contents import Contents, no_polygons
 from .text import claimed
 
 _TRIANGLES = b"\xff\xff\xfe"
@@ -21,9 +21,12 @@ MAGICS = (_TRIANGLES, _QUADS, _FLOAT_QUADS)
 
 
 def read(data: bytes) -> Contents:
-    """Parse a triangle or quadrangle surface; positions are FreeSurfer's surface coordinates, in mm."""
+    """Parse a triangle or quadrangle surface, positions in FreeSurfer's surface coordinates in mm; or morphometry."""
     if data[:3] == _TRIANGLES:
         return _triangles(data)
+    if _is_vertex_data(data):
+        values = np.frombuffer(data, dtype=">f4", offset=15).astype(np.float32)
+        return Contents(None, *no_polygons(), {"": values})  # the file's name says what they are
     return _quads(data, coordinate=">f4" if data[:3] == _FLOAT_QUADS else ">i2")
 
 
@@ -50,11 +53,6 @@ def _triangles(data: bytes) -> Contents:
 
 
 def _quads(data: bytes, coordinate: str) -> Contents:
-    if _is_vertex_data(data):
-        raise FileFormatError(
-            "this is FreeSurfer per-vertex data (thickness, curv, sulc), not a surface; "
-            "nibabel.freesurfer.read_morph_data reads it"
-        )
     if len(data) < 9:
         raise FileFormatError("the header is cut short: the file is truncated")
     n_vertices, n_quads = (int.from_bytes(data[at : at + 3], "big") for at in (3, 6))
@@ -79,6 +77,8 @@ def _split(quads: IntArray) -> IntArray:
 
 def _is_vertex_data(data: bytes) -> bool:
     if len(data) < 15:
+        return False
+    if data[:3] != _QUADS:
         return False
     n_vertices, _, width = np.frombuffer(data, dtype=">i4", count=3, offset=3).tolist()
     return bool(width == 1 and len(data) == 15 + 4 * n_vertices)
