@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 
 import pliant
 from pliant import Mesh
+from pliant.geodesic.distances import FEW_SOURCES
 
 STRIP = Mesh([[0, 0, 0], [1, 1, 0], [2, 0, 0], [3, 1, 0]], [[0, 2, 1], [1, 2, 3]])
 
@@ -199,6 +200,20 @@ def test_every_method_answers_alike_about_pieces(method: str) -> None:
     angle = np.arccos(np.clip(one.vertices @ one.vertices[3], -1, 1))
     assert abs(found[0, :n] - angle).max() < 0.5
     assert np.corrcoef(found[0, :n], angle)[0, 1] > 0.99
+
+
+@pytest.mark.parametrize("method", ["graph", "refined"])
+@pytest.mark.parametrize("limit", [None, 0.7])
+def test_few_sources_are_found_as_many_are(method: str, limit: float | None) -> None:
+    mesh = pliant.shapes.bumpy_sphere(3, rng=1)
+    many = np.arange(FEW_SOURCES + 1)
+    every = pliant.geodesic_distances(mesh, many, method=method, max_distance=limit)  # type: ignore[arg-type]
+    few = pliant.geodesic_distances(mesh, many[:-1], method=method, max_distance=limit)  # type: ignore[arg-type]
+    np.testing.assert_allclose(few, every[:-1], rtol=1e-13)
+    one = pliant.geodesic_distances(mesh, 7, method=method, max_distance=limit)  # type: ignore[arg-type]
+    assert one.shape == (1, mesh.n_vertices)
+    np.testing.assert_array_equal(one[0], few[7])
+    assert pliant.geodesic_distances(mesh, [], method=method).shape == (0, mesh.n_vertices)  # type: ignore[arg-type]
 
 
 @pytest.mark.data

@@ -19,6 +19,9 @@ from .sweeps import checked_limit
 
 DistanceMethod = Literal["graph", "refined", "heat", "exact"]
 
+# Up to so many sources are found one by one before a hierarchy, built once for the mesh, would be.
+FEW_SOURCES = 32
+
 
 def geodesic_distances(
     mesh: Mesh,
@@ -52,8 +55,8 @@ def geodesic_distances(
     progress : bool
         Show a bar on a terminal.
     device : {"cpu", "cuda"}
-        Where to sweep, for the first two methods; the result is the same to the last bit. ``"cuda"`` needs the extra
-        ``gpu``.
+        Where to sweep, for the first two methods; the result is the same to the last bit, or to rounding up to 32
+        sources. ``"cuda"`` needs the extra ``gpu``.
 
     Returns
     -------
@@ -71,6 +74,11 @@ def geodesic_distances(
     UnavailableError
         If there is no such device.
 
+    Notes
+    -----
+    At 41,000 vertices up to 32 sources take 10 ms each, by SciPy's Dijkstra; more take 0.8 s for a hierarchy and then
+    0.2 to 0.3 ms each. For sources that come bit by bit keep a :class:`pliant.GeodesicHierarchy`.
+
     Examples
     --------
     >>> from pliant import shapes
@@ -83,9 +91,10 @@ def geodesic_distances(
     limit = checked_limit(max_distance)
     if method in ("graph", "refined"):
         on_cuda(device)  # rather than after the hierarchy is built
-        kind: Literal["edges", "refined"] = "refined" if method == "refined" else "edges"
-        solver = GeodesicHierarchy(mesh, kind)
-        return solver.distances(
+        metric = edge_graph(mesh, "refined" if method == "refined" else "edges")
+        if 0 < len(wanted) <= FEW_SOURCES and device == "cpu":
+            return np.atleast_2d(sp.csgraph.dijkstra(metric.matrix(), indices=wanted, limit=limit))
+        return GeodesicHierarchy(metric).distances(
             wanted, max_distance=max_distance, n_jobs=n_jobs, progress=progress, device=device
         )
     if method not in ("heat", "exact"):
