@@ -6,6 +6,7 @@ class Pane {
     this.board = board;
     this.stage = place.querySelector(".stage");
     this.chooser = place.querySelector("select");
+    this.chooser.hidden = this.chooser.options.length < 2; // nothing to choose: the heading names it
     this.chooser.addEventListener("change", () => this.show(Number(this.chooser.value)).catch((error) => this.fail(error)));
     this.picked = null;
     this.key = new ColourKey(place.querySelector(".key"), (value) => board.highlight(value));
