@@ -90,6 +90,40 @@ def test_verify_tells_absent_incomplete_different(slam, tmp_path):
     assert main(["data", "verify", "--data", str(tmp_path)]) == 3
 
 
+def test_all_that_verify_asks_for_can_be_fetched_or_is_made_by_hand():
+    """With every file downloadable, their digests alone give the digest of the whole."""
+    for dataset in registry():
+        if dataset.remote and not dataset.preparation:
+            assert len(dataset.remote) == dataset.files, dataset.name
+            lines = sorted((part.path, part.sha256) for part in dataset.remote)
+            text = "".join(f"{digest}  {path}\n" for path, digest in lines)
+            assert hashlib.sha256(text.encode()).hexdigest() == dataset.sha256, dataset.name
+
+
+def test_verify_names_the_files_that_are_wrong(slam, tmp_path, capsys):
+    place = tmp_path / "cortex" / "slam"
+    place.mkdir(parents=True)
+    (place / "other.gii").write_bytes(b"x")
+    assert verify(tmp_path)[0].wrong == ("mesh.gii is missing", "other.gii is no part of it")
+    (place / "other.gii").unlink()
+    (place / "mesh.gii").write_bytes(b"x")
+    assert verify(tmp_path)[0].wrong == ("mesh.gii differs",)
+    assert main(["data", "verify", "--data", str(tmp_path)]) == 3
+    assert "cortex/slam (mesh.gii differs)" in capsys.readouterr().err
+
+
+def test_what_is_made_by_hand_is_no_fault_of_what_was_fetched(slam, tmp_path, monkeypatch, capsys):
+    more = type(slam)(**{**vars(slam), "files": 2, "sha256": "0" * 64, "preparation": "a mesh by hand"})
+    monkeypatch.setattr("pliant.datasets.verifying.registry", lambda: (more,))
+    monkeypatch.setattr(fetching, "_download", lambda url: gzip.compress(CONTENT))
+    fetch("cortex/slam", tmp_path)
+    assert verify(tmp_path)[0].state == "fetched"
+    assert main(["data", "verify", "--data", str(tmp_path)]) == 0
+    assert "1 of 2 files; the rest is made by hand" in capsys.readouterr().out
+    (tmp_path / "cortex" / "slam" / "mesh.gii").write_bytes(b"x")
+    assert verify(tmp_path)[0].state == "incomplete"
+
+
 @pytest.mark.parametrize("url", ["http://there/x", "file:///etc/hostname"])
 def test_only_https_is_opened(url):
     with pytest.raises(InputError, match="https"):

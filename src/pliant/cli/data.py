@@ -3,13 +3,19 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Sequence
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from ..errors import InputError
 from .output import say, say_json, show_table
+
+if TYPE_CHECKING:
+    from ..datasets import Verification
+
+_NAMED = 5
 
 data = typer.Typer(
     name="data", help="Public data: what there is, on what terms; fetch it, verify it.", no_args_is_help=True
@@ -56,12 +62,23 @@ def verify(names: Names = None, folder: Folder = None) -> None:
     from ..datasets import verify as compare
 
     found = compare(_place(folder), names or ())
-    rows = [(v.dataset.name, v.state, f"{v.files} of {v.dataset.files} files") for v in found]
+    rows = [(v.dataset.name, v.state, _files(v)) for v in found]
     show_table("Data sets", ("name", "state", ""), rows)
-    wrong = [v.dataset.name for v in found if v.state in ("different", "incomplete")]
+    wrong = [f"{v.dataset.name}{_first(v.wrong)}" for v in found if v.state in ("different", "incomplete")]
     if wrong:
-        message = f"{len(wrong)} data sets differ from what is known: {', '.join(wrong)}"
+        sets = "1 data set differs" if len(wrong) == 1 else f"{len(wrong)} data sets differ"
+        message = f"{sets} from what is known: {', '.join(wrong)}"
         raise InputError(message)
+
+
+def _files(found: Verification) -> str:
+    note = "; the rest is made by hand" if found.state == "fetched" else ""
+    return f"{found.files} of {found.dataset.files} files{note}"
+
+
+def _first(wrong: Sequence[str]) -> str:
+    named = [*wrong[:_NAMED], "..."] if len(wrong) > _NAMED else wrong
+    return f" ({', '.join(named)})" if wrong else ""
 
 
 def _place(folder: Path | None) -> Path:

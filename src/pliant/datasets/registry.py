@@ -70,14 +70,14 @@ class Dataset:
     preparation: str = ""
 
 
-def _slam(name: str, digest: str) -> RemoteFile:
+def _slam(name: str, digest: str, folder: str = "examples/data/") -> RemoteFile:
     revision = "501ae4144e28a47803da04eced5786f7bc25b609"
-    return RemoteFile(name, f"{_RAW}/brain-slam/slam/{revision}/examples/data/{name}", digest)
+    return RemoteFile(name, f"{_RAW}/brain-slam/slam/{revision}/{folder}{name}", digest)
 
 
-def _pycortex(name: str, digest: str) -> RemoteFile:
+def _pycortex(name: str, digest: str, folder: str = "filestore/db/S1/surfaces/") -> RemoteFile:
     revision = "e32cac2ca013002ba0b94cd9fd18a153f7eb2690"
-    return RemoteFile(name, f"{_RAW}/gallantlab/pycortex/{revision}/filestore/db/S1/surfaces/{name}", digest)
+    return RemoteFile(name, f"{_RAW}/gallantlab/pycortex/{revision}/{folder}{name}", digest)
 
 
 def _freesurfer(
@@ -187,6 +187,7 @@ _REGISTRY = (
         (
             _pycortex("wm_lh.gii", "194da2de9a0617314d34b791f5476e2789b62329a9a2d4f020346a76ae3fe936"),
             _pycortex("pia_lh.gii", "63cd7317ed7be61ac632fa8f1b80a0272601f9b22ad7bf954116138496d23d57"),
+            _pycortex("LICENSE", "418163499f05a6d9504ef8a7c79a54000f65c6872735d6d8d3ccae32a9879057", ""),
         ),
     ),
     Dataset(
@@ -202,6 +203,7 @@ _REGISTRY = (
             _slam("example_mesh.gii", "c375300483756bb890391a86a59e582461d2e31e360eadafae5e6b4f1015cdae"),
             _slam("example_dpf.gii", "348333dd35c515c61b9928898917f00ce4ce7b55497a8043c0e982a6e08a2e0b"),
             _slam("example_texture.gii", "ae31f7c50365891c844ebf545ecf69783ee9022491e279198656168083b8b19a"),
+            _slam("LICENSE", "4e704d15b4dec2bd9ee824112cdfa23b69ee498a564ab38b977654cf4dd99344", ""),
         ),
     ),
     Dataset(

@@ -7,12 +7,14 @@ import os
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Literal
+from typing import Literal, TypeAlias
 
 from ..errors import InputError
 from .registry import Dataset, registry
 
 __all__ = ["Verification", "verify"]
+
+State: TypeAlias = Literal["whole", "fetched", "different", "incomplete", "absent"]
 
 
 @dataclass(frozen=True)
@@ -23,15 +25,19 @@ class Verification:
     ----------
     dataset : Dataset
         What it should be.
-    state : {"whole", "different", "incomplete", "absent"}
-        Every byte as known; all files there but not all bytes; fewer or more files; no folder.
+    state : {"whole", "fetched", "different", "incomplete", "absent"}
+        Every byte as known; all that can be downloaded is as known and what must be made by hand is not there; all
+        files there but not all bytes; fewer or more files; no folder.
     files : int
         Files found.
+    wrong : tuple of str
+        What is wrong with which file, where that is known: each downloadable file has a digest of its own.
     """
 
     dataset: Dataset
-    state: Literal["whole", "different", "incomplete", "absent"]
+    state: State
     files: int
+    wrong: tuple[str, ...] = ()
 
 
 def verify(folder: str | os.PathLike[str], names: Sequence[str] = ()) -> list[Verification]:
@@ -84,13 +90,25 @@ def _verified(place: Path, dataset: Dataset) -> Verification:
     if not place.is_dir():
         return Verification(dataset, "absent", 0)
     files = sorted(p.relative_to(place).as_posix() for p in place.rglob("*") if p.is_file())
-    if len(files) != dataset.files:
-        return Verification(dataset, "incomplete", len(files))
-    digest = hashlib.sha256()
-    for name in files:
-        digest.update(f"{digest_of(place / name)}  {name}\n".encode())
-    state: Literal["whole", "different"] = "whole" if digest.hexdigest() == dataset.sha256 else "different"
-    return Verification(dataset, state, len(files))
+    digests = {name: digest_of(place / name) for name in files}
+    together = hashlib.sha256("".join(f"{d}  {name}\n" for name, d in digests.items()).encode())
+    wrong = _wrong(dataset, digests)
+    state: State = "different" if len(files) == dataset.files else "incomplete"
+    if together.hexdigest() == dataset.sha256:
+        state, wrong = "whole", ()
+    elif not wrong and digests.keys() == {part.path for part in dataset.remote}:
+        state = "fetched"
+    return Verification(dataset, state, len(files), wrong)
+
+
+def _wrong(dataset: Dataset, digests: dict[str, str]) -> tuple[str, ...]:
+    """Say which files are missing, differ, or do not belong there, as far as single files are known."""
+    known = {part.path: part.sha256 for part in dataset.remote}
+    found = [f"{name} is missing" for name in known if name not in digests]
+    found += [f"{name} differs" for name, digest in digests.items() if known.get(name, digest) != digest]
+    if len(known) == dataset.files:
+        found += [f"{name} is no part of it" for name in digests if name not in known]
+    return tuple(found)
 
 
 def digest_of(path: Path) -> str:
