@@ -92,6 +92,24 @@ def test_inspect_names_the_command_that_mends(dirty: Path, capsys: pytest.Captur
     assert "pliant mend" not in capsys.readouterr().out
 
 
+def test_no_command_is_named_that_would_change_nothing(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    book, out = tmp_path / "book.ply", tmp_path / "out.ply"
+    corners = [[0, 0, 0], [0, 0, 1], [1, 0, 0], [0, 1, 0], [-1, 0, 0]]
+    pages = [[0, 1, 2], [0, 1, 3], [0, 1, 4]]
+    pliant.save_mesh(book, Mesh(corners, [*pages, pages[0]]))
+    assert main(["inspect", str(book)]) == 0
+    assert "pliant mend" in capsys.readouterr().out
+    assert main(["mend", str(book), "--merge", "0", "-o", str(out)]) == 0
+    said = capsys.readouterr().err
+    assert "1 non-manifold edges" in said
+    assert "mesh editor" in said
+    assert "pliant mend" not in said
+    assert main(["inspect", str(out)]) == 0
+    assert "pliant mend" not in capsys.readouterr().out
+
+
 @pytest.mark.parametrize(
     ("text", "wanted"),
     [

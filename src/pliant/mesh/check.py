@@ -237,10 +237,11 @@ class _Examination:
             "no normal and infinite cotangents",
             "without_degenerate_faces(mesh)",
         )
+        doubled = np.flatnonzero(duplicate_faces(self.mesh))
         yield _finding(
             "duplicate faces",
             "error",
-            np.flatnonzero(duplicate_faces(self.mesh)),
+            doubled,
             "area counted twice, and edges that are not manifold",
             "without_duplicate_faces(mesh)",
         )
@@ -249,7 +250,9 @@ class _Examination:
             "error",
             np.flatnonzero(self.sides.counts > 2),
             "more than two faces meet there: no inside, no genus, no cotangent Laplacian of a surface",
-            "without_duplicate_faces(mesh) first; what stays needs a mesh editor",
+            "without_duplicate_faces(mesh) first; what stays needs a mesh editor"
+            if doubled.size
+            else "a mesh editor: no repair here parts them",
         )
         ends = self.mesh.vertices[self.mesh.edges]
         yield _finding(
