@@ -207,6 +207,7 @@ def test_field_as_json_is_all_there_is_on_standard_output(sphere_file, sphere, t
     picture, page = tmp_path / "gfe.png", tmp_path / "gfe.html"
     done = process("field", sphere_file, "--json", "--figure", picture, "--scale", "log", "--page", page)
     assert done.returncode == 0, done.stderr
+    assert '<option value="log" selected>' in page.read_text(encoding="utf-8")
     assert done.stderr == ""
     facts = json.loads(done.stdout)
     field = pliant.gfe(sphere)

@@ -148,6 +148,16 @@ def test_the_document_is_the_same_twice(sphere):
     assert len(pages) == 1
 
 
+def test_the_page_opens_with_the_scale_asked_for(sphere):
+    for scale, text in (("linear", "linear"), ("log", "logarithmic")):
+        html = surface_page(sphere, {"v": np.arange(1.0, sphere.n_vertices + 1)}, title="t", scale=scale)
+        options = re.search(r'<select id="scale">(.*?)</select>', html)[1]
+        assert re.findall(r'value="(\w+)" selected>(\w+)<', options) == [(scale, text)]
+        assert options.count("<option") == 2
+    with pytest.raises(InputError, match="scale"):
+        surface_page(sphere, {"v": np.ones(sphere.n_vertices)}, title="t", scale="square")
+
+
 def test_pages_are_written_whole(tmp_path, page):
     target = write_page(tmp_path / "page.html", page)
     assert target.read_text(encoding="utf-8") == page

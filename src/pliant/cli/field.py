@@ -68,7 +68,9 @@ ComputeDevice = Annotated[
     Literal["cpu", "cuda"], typer.Option("--device", help="Compute on the processor, or on a CUDA device.")
 ]
 Up = Annotated[Literal["y", "z"], typer.Option(help="The axis that points up in pictures.")]
-Scale = Annotated[Literal["linear", "log"], typer.Option(help="How values spread over a picture's colours.")]
+Scale = Annotated[
+    Literal["linear", "log"], typer.Option(help="How values spread over the colours, at first on a page.")
+]
 AsJson = Annotated[bool, typer.Option("--json", help="Write JSON to standard output, and nothing else.")]
 
 
@@ -109,7 +111,7 @@ def field(
     if figure is not None:
         _write_figure(figure, result, up, scale)
     if page is not None:
-        _write_page(page, result, up)
+        _write_page(page, result, up, scale)
     written = [str(path) for path in (out, figure, page) if path is not None]
     if as_json:
         say_json({**result.summary(), **where.record(), "check_up": report.to_dict(), "written": written})
@@ -164,7 +166,9 @@ def _write_figure(
     write_figure(path, drawn)
 
 
-def _write_page(path: Path, result: Measurement, up: Literal["y", "z"]) -> None:
+def _write_page(
+    path: Path, result: Measurement, up: Literal["y", "z"], scale: Literal["linear", "log"]
+) -> None:
     from ..report import surface_page, write_page
 
     layers = {result.label: result.values}
@@ -177,6 +181,7 @@ def _write_page(path: Path, result: Measurement, up: Literal["y", "z"]) -> None:
         notes=result.meaning,
         settings=result.settings,
         up=up,
+        scale=scale,
         length_unit=result.length_unit,
         **result.context(),
     )

@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from html import escape
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -25,6 +25,8 @@ from .labels import LabelNames, label_values
 from .render import Axis
 
 Histograms = Mapping[str, ArrayLike]
+Scale = Literal["linear", "log"]
+_SCALES = {"linear": "linear", "log": "logarithmic"}
 
 _TOLD = """<p class="hint" id="nothing-picked">Click the surface, or give a number, to see the values there.</p>
 <div id="picked" aria-live="polite" hidden>
@@ -46,6 +48,7 @@ def surface_page(
     up: Axis = "z",
     length_unit: str = "",
     label_names: Mapping[str, LabelNames] | None = None,
+    scale: Scale = "linear",
 ) -> str:
     """Write an interactive page of a mesh and its per-vertex values, as HTML.
 
@@ -74,6 +77,8 @@ def surface_page(
         The mesh's unit.
     label_names : mapping of layer name to mapping of int to str, optional
         What labels are called; the 17 segments of the heart have their names without it.
+    scale : {"linear", "log"}
+        How values spread over the colours at first; linear for a layer that has no logarithms.
 
     Returns
     -------
@@ -83,7 +88,7 @@ def surface_page(
     Raises
     ------
     InputError
-        If there is no layer or no face, or a layer, a histogram or the edges do not fit.
+        If there is no layer or no face, a layer, a histogram or the edges do not fit, or the scale is unknown.
 
     Notes
     -----
@@ -103,6 +108,9 @@ def surface_page(
     data = surface_payload(mesh, fields, charts, bin_edges, up, length_unit, labels=labels, names=label_names)
     if colour_map not in COLOUR_MAPS:
         colour_table(colour_map)  # says which maps there are
+    if scale not in _SCALES:
+        message = f"scale must be one of {', '.join(_SCALES)}; got {scale!r}"
+        raise InputError(message)
     table = {"vertices": mesh.n_vertices, "triangles": mesh.n_faces, **(settings or {})}
     parts = {
         "title": escape(title),
@@ -111,7 +119,8 @@ def surface_page(
         "layer_options": _lines(
             f'<option value="{i}">{escape(name)}</option>' for i, name in enumerate(fields)
         ),
-        "map_options": _lines(_map_option(name, name == colour_map) for name in COLOUR_MAPS),
+        "map_options": _lines(_option(name, name, name == colour_map) for name in COLOUR_MAPS),
+        "scale_options": "".join(_option(name, text, name == scale) for name, text in _SCALES.items()),
         "percentiles": f"{PERCENTILES[0]:g} and {PERCENTILES[1]:g}",
         "last": str(mesh.n_vertices - 1),
         "summaries": _lines(_summary_row(name, field) for name, field in fields.items()),
@@ -221,8 +230,8 @@ def _readable(value: float) -> str:
     )
 
 
-def _map_option(name: str, chosen: bool) -> str:
-    return f'<option value="{name}"{" selected" if chosen else ""}>{name}</option>'
+def _option(name: str, text: str, chosen: bool) -> str:
+    return f'<option value="{name}"{" selected" if chosen else ""}>{text}</option>'
 
 
 def _lines(parts: Any) -> str:
