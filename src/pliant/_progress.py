@@ -76,13 +76,19 @@ class _Lines:
         """Yield the function that counts steps; the last line comes only if all went well."""
         teller = threading.Thread(target=self._tell, daemon=True)
         teller.start()
+        well = False
         try:
             yield self._advance
+            well = True
+        except GeneratorExit:
+            # Who takes just as many results as there are leaves the generator that gives them at its last one.
+            well = self.done >= self.total
+            raise
         finally:
             self.ended.set()
             teller.join()
-        if self.spoken:
-            self._say(f"done in {self._elapsed():.0f} s")
+            if well and self.spoken:
+                self._say(f"done in {self._elapsed():.0f} s")
 
     def _advance(self, steps: float = 1.0) -> None:
         self.done += steps

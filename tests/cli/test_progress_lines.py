@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import itertools
 import re
 import sys
 import time
@@ -10,6 +11,7 @@ import time
 import pytest
 
 from pliant import _progress
+from pliant._parallel import ordered_map
 from pliant._progress import progress_bar
 
 
@@ -59,6 +61,21 @@ def test_work_that_fails_is_not_done(capsys: pytest.CaptureFixture[str]) -> None
     said = capsys.readouterr().err
     assert "after" in said
     assert "done" not in said
+
+
+@pytest.mark.usefixtures("hurried")
+@pytest.mark.parametrize("n_jobs", [1, 2])
+@pytest.mark.parametrize("taken", [2, 4])
+def test_who_takes_all_results_and_no_more_is_told_of_the_end(
+    taken: int, n_jobs: int, capsys: pytest.CaptureFixture[str]
+) -> None:
+    results = ordered_map(lambda i: time.sleep(0.05), range(4), n_jobs, description="parts", progress=True)
+    for _ in itertools.islice(results, taken):
+        pass
+    results.close()  # type: ignore[attr-defined]
+    said = capsys.readouterr().err
+    assert "after" in said
+    assert ("pliant: parts: done in" in said) == (taken == 4)
 
 
 @pytest.mark.usefixtures("hurried")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 import numpy as np
@@ -189,10 +190,16 @@ def test_labels_agree_with_another_packages_on_a_real_ventricle(data: Path) -> N
 
 
 @pytest.mark.data
-def test_a_long_axis_that_is_guessed_is_said_to_be(data: Path) -> None:
+def test_a_long_axis_that_is_guessed_is_said_to_be(
+    data: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
     mesh = load_mesh(data / "heart" / "sunnybrook" / "lv_endo_ply" / "case06_cat0.ply")
     guessed = describe_heart(mesh, points=20)
     assert any(text.startswith("the long axis is found from the surface") for text in guessed.cautions)
     ends = {"apex": guessed.frame.apex, "base": guessed.frame.base}
-    given = describe_heart(mesh, landmarks=ends, points=20)
+    monkeypatch.setattr("pliant._progress.FIRST", 0.01)
+    given = describe_heart(mesh, landmarks=ends, points=20, progress=True)
+    said = capsys.readouterr().err
+    assert re.search(r"describing the heart: steps: \d of 4 after", said)
+    assert "describing the heart: steps: done in" in said
     assert not any("long axis" in text for text in given.cautions)

@@ -67,7 +67,7 @@ class Patient:
     seed: Seed = 0
     jobs: Jobs = None
 
-    def described(self) -> HeartDescription:
+    def described(self, *, progress: bool) -> HeartDescription:
         """Describe the heart, cautions on standard error."""
         from ..heart import describe_heart, load_volume, read_heart_landmarks
 
@@ -82,6 +82,7 @@ class Patient:
             radius=self.radius,
             rng=self.seed,
             n_jobs=self.jobs,
+            progress=progress,
         )
         for text in found.cautions:
             complain("warning", text)

@@ -134,7 +134,7 @@ def describe(
     """Measure 23 numbers at points of every segment, the roughness of each, and the cavity."""
     from .. import save_arrays
 
-    found = patient.described()
+    found = patient.described(progress=not as_json)
     features = found.features
     if out.suffix.lower() == ".npz":
         arrays = ("values", "segments", "vertices", "roughness", "areas")
@@ -171,7 +171,7 @@ def report(
     from ..heart import save_mask
     from ..report import bulls_eye_figure, heart_page, segment_figure, write_page
 
-    found = patient.described()
+    found = patient.described(progress=not as_json)
     out.mkdir(parents=True, exist_ok=True)
     settings = {"input": patient.source.name, "pliant": __version__}
     write_page(

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from .._arrays import BoolArray, FloatArray, IntArray, as_floats, frozen
+from .._progress import Advance, progress_bar
 from ..errors import InputError, PliantWarning
 from ..mesh import Mesh, check_up
 from ._axis import long_axis
@@ -77,6 +78,7 @@ def describe_heart(
     radius: float = 3.0,
     rng: int = 0,
     n_jobs: int | None = None,
+    progress: bool = False,
 ) -> HeartDescription:
     """Find, divide and describe the left ventricle of one patient.
 
@@ -94,6 +96,8 @@ def describe_heart(
         As for :func:`endocardial_features`.
     n_jobs : int, optional
         Threads.
+    progress : bool
+        Show a bar on a terminal.
 
     Returns
     -------
@@ -122,16 +126,40 @@ def describe_heart(
     if unknown:
         message = f"landmarks are {', '.join(_LANDMARKS)}; got {', '.join(unknown)}"
         raise InputError(message)
+    with progress_bar("describing the heart: steps", 4, show=progress) as advance:
+        return _described(
+            source,
+            mask,
+            marks,
+            right_ventricle,
+            n_jobs,
+            {"points": points, "radius": radius, "rng": rng},
+            advance,
+        )
+
+
+def _described(
+    source: Volume | Mesh,
+    mask: ArrayLike | None,
+    marks: dict[str, ArrayLike],
+    right_ventricle: Volume | None,
+    n_jobs: int | None,
+    sampling: dict[str, Any],
+    advance: Advance,
+) -> HeartDescription:
     steps: dict[str, Mapping[str, Any]] = {}
     cautions: list[str] = []
     if isinstance(source, Mesh):
         mesh, found = source, None
         steps["surface"] = {"from": "a mesh", "vertices": mesh.n_vertices, "genus": check_up(mesh).genus}
+        advance()
     else:
         found, plane = _blood_pool(source, mask, marks, steps, cautions, n_jobs)
+        advance()
         mesh = _surface(source, found, plane, steps)
         if plane is not None:
             marks.setdefault("base", plane[0])
+        advance()
     frame = ventricle_frame(mesh, right_ventricle=right_ventricle, **marks)
     labels = aha_segments(mesh, frame)
     steps["segments"] = {
@@ -145,8 +173,14 @@ def describe_heart(
         cautions.append(
             f"the rotation of the segments is {frame.origin}, confidence {frame.confidence:.2f}: give septal landmarks"
         )
-    features = endocardial_features(mesh, labels, frame, points=points, radius=radius, rng=rng, n_jobs=n_jobs)
-    steps["features"] = {**features.settings, "seed": rng, "points with a number missing": features.n_missing}
+    advance()
+    features = endocardial_features(mesh, labels, frame, n_jobs=n_jobs, **sampling)
+    advance()
+    steps["features"] = {
+        **features.settings,
+        "seed": sampling["rng"],
+        "points with a number missing": features.n_missing,
+    }
     image = None if isinstance(source, Mesh) else source
     return HeartDescription(mesh, labels, frame, features, steps, tuple(cautions), image, found)
 
