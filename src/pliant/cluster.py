@@ -20,9 +20,9 @@ Scheduler: TypeAlias = Any
 T = TypeVar("T")
 R = TypeVar("R")
 
-# Seconds a scheduler is given to answer.
+# Seconds a scheduler is given to answer, and then to have a worker.
 ANSWER = 10.0
-# Seconds it is then given to have a worker, and again whenever it has lost all.
+# Seconds it is given to have one again whenever it has lost all.
 PATIENCE = 30.0
 # Items in flight for every thread of the cluster: one at work, one ready, one on its way back.
 AHEAD = 3
@@ -96,13 +96,15 @@ def _results(function: Callable[[T], R], items: Sequence[T], scheduler: Schedule
 
 
 @contextmanager
-def connected(scheduler: Scheduler) -> Iterator[Any]:
+def connected(scheduler: Scheduler, *, waiting: Callable[[], None] | None = None) -> Iterator[Any]:
     """Yield a ``distributed.Client`` of a cluster with at least one worker; close it afterwards if opened here.
 
     Parameters
     ----------
     scheduler : str or distributed.Client
         Address, or a client that is connected and stays so.
+    waiting : callable, optional
+        Called where the scheduler answers and has no worker yet.
 
     Yields
     ------
@@ -113,7 +115,7 @@ def connected(scheduler: Scheduler) -> Iterator[Any]:
     InputError
         If it is neither an address nor a client.
     UnavailableError
-        If no scheduler answers within 10 seconds, or it has no worker 30 seconds later.
+        If no scheduler answers within 10 seconds, or it has no worker 10 seconds later.
     MissingExtraError
         If the extra ``cluster`` is not installed.
     """
@@ -134,8 +136,10 @@ def connected(scheduler: Scheduler) -> Iterator[Any]:
         )
         raise UnavailableError(message) from error
     with client:
+        if waiting is not None and not client.nthreads():
+            waiting()
         try:
-            client.wait_for_workers(1, timeout=PATIENCE)
+            client.wait_for_workers(1, timeout=ANSWER)
         except TimeoutError as error:
             message = (
                 f"the scheduler at {scheduler} has no workers; start some with `dask worker {scheduler}`"

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -53,6 +54,30 @@ def test_nobody_answers(
     first, last = capsys.readouterr().err.splitlines()
     assert "connecting" in first
     assert "`dask scheduler`" in last
+
+
+@pytest.mark.filterwarnings("ignore::ResourceWarning")
+def test_waiting_for_workers_is_said(
+    sphere_file: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    from pliant import cluster
+
+    monkeypatch.setattr(cluster, "ANSWER", 2.0)
+    with distributed.LocalCluster(n_workers=0, dashboard_address=":0", silence_logs=50) as empty:
+        assert main(["field", str(sphere_file), "--scheduler", empty.scheduler_address]) == 3
+    connecting, waiting, last = capsys.readouterr().err.splitlines()
+    assert "connecting" in connecting
+    assert "no workers yet; waiting 2 s" in waiting
+    assert "`dask worker" in last
+
+
+def test_nothing_connects_without_the_extra(
+    sphere_file: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setitem(sys.modules, "distributed", None)
+    assert main(["field", str(sphere_file), "--scheduler", "tcp://127.0.0.1:1"]) == 3
+    (line,) = capsys.readouterr().err.splitlines()
+    assert "pliant[cluster]" in line
 
 
 def test_what_is_no_address(sphere_file: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -88,7 +88,6 @@ def test_nothing_needs_no_cluster() -> None:
 
 def test_a_scheduler_that_does_not_answer(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("pliant.cluster.ANSWER", 0.5)
-    monkeypatch.setattr("pliant.cluster.PATIENCE", 0.5)
     with pytest.raises(UnavailableError, match="dask scheduler"):
         list(map_ordered(abs, [1], scheduler="tcp://127.0.0.1:1"))
     with pytest.raises(InputError, match="address"):

@@ -5,10 +5,12 @@ from __future__ import annotations
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
+from functools import partial
 from typing import Annotated, Any
 
 import typer
 
+from ..errors import require
 from .ending import complain
 
 Scheduler = Annotated[
@@ -61,10 +63,15 @@ def workers(address: str | None) -> Iterator[Workers]:
     if address is None:
         yield Workers()
         return
-    from ..cluster import connected, thread_count
+    from ..cluster import ANSWER, connected, thread_count
 
+    require("distributed", "cluster")  # without it nothing connects
     complain("note", f"connecting to the Dask scheduler at {address}")
-    with connected(address) as client:
+    with connected(address, waiting=partial(_waits, address, ANSWER)) as client:
         found = Workers(client, address, len(client.nthreads()), thread_count(client))
         complain("note", f"computing on {found.words()}")
         yield found
+
+
+def _waits(address: str, seconds: float) -> None:
+    complain("note", f"the scheduler at {address} has no workers yet; waiting {seconds:g} s for one")
