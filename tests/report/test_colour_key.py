@@ -233,3 +233,38 @@ def test_one_label_has_one_colour_and_is_highlighted_on_both(pair):
     pressed = [[row[2] for row in rows] for rows in opened.run(rows)]
     assert pressed == [["false", "true"], ["true", "false"]]
     assert opened.errors() == []
+
+
+def test_one_value_everywhere_has_one_number(browser, mesh, tmp_path):
+    ones = {"one": np.ones(mesh.n_vertices)}
+    ticks = "return [...document.querySelectorAll('.key-ticks span')].map((s) => s.textContent)"
+    opened = browser.open(write_page(tmp_path / "page.html", surface_page(mesh, ones, title="One")))
+    assert opened.run(ticks) == ["1"]
+    opened.choose("high", "3")  # limits that were typed are shown
+    assert opened.run(ticks) == ["1", "2", "3"]
+    twos = {"one": np.full(mesh.n_vertices, 2.0)}
+    shown = [ShownSurface("a", mesh, ones), ShownSurface("b", mesh, twos)]
+    opened = browser.open(write_page(tmp_path / "pair.html", comparison_page(shown, title="Two")))
+    assert opened.run(ticks) == ["1", "1.5", "2"] * 2
+    opened.driver.find_element("id", "common").click()
+    assert opened.run(ticks) == ["1", "2"]
+
+
+def test_a_label_chosen_on_segments_is_not_another_surfaces_number(browser, mesh, tmp_path):
+    number = np.arange(mesh.n_vertices)
+    shown = [ShownSurface("heart", mesh, {"id": number % 18}), ShownSurface("wall", mesh, {"id": number % 3})]
+    opened = browser.open(write_page(tmp_path / "page.html", comparison_page(shown, title="Two")))
+    opened.run("pliant.panes[0].place.querySelector(\"[data-label='1']\").click()")
+    pressed = "return pliant.panes.map((p) => p.place.querySelector(\"[data-label='1']\").getAttribute('aria-pressed'))"
+    assert opened.run(pressed) == ["true", "false"]
+    assert opened.errors() == []
+
+
+def test_a_long_name_wraps_on_a_phone(browser, mesh, tmp_path):
+    name = "LV_4396_vertices_with_aha_segments_and_more_of_a_name_without_any_space.vtk"
+    shown = [ShownSurface(name, mesh, {"height": mesh.vertices[:, 2]})]
+    for html in (comparison_page(shown, title=name), surface_page(mesh, shown[0].layers, title=name)):
+        opened = browser.open(write_page(tmp_path / "page.html", html))
+        opened.wide(390, 844)
+        assert opened.run("return document.documentElement.scrollWidth") == 390
+    opened.wide(1280, 800)

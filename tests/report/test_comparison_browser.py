@@ -7,9 +7,11 @@ import re
 
 import numpy as np
 import pytest
+from scipy.spatial import KDTree
 
 from pliant import InputError, ShownSurface, comparison_page, save_arrays, save_mesh, shapes
 from pliant.cli import main
+from pliant.report import render, write_page
 
 
 def test_what_does_not_fit_is_refused():
@@ -49,7 +51,7 @@ def page(tmp_path, capsys):
     save_arrays(tmp_path / "egg.npz", {"height": 2 * ball.vertices[:, 2], "wrong": np.zeros(5)})
     files = [str(tmp_path / name) for name in ("ball.ply", "ball.npz", "egg.ply", "egg.npz")]
     assert main(["view", *files, "-o", str(tmp_path / "view.html")]) == 0
-    assert "wrong, shape (5,)" in capsys.readouterr().err
+    assert "egg.npz: wrong has length 5" in capsys.readouterr().err
     return tmp_path / "view.html"
 
 
@@ -85,6 +87,44 @@ def test_two_surfaces_side_by_side(browser, page):
     assert browser.errors() == []
 
 
+def test_a_step_shows_a_vertex_and_its_image_from_the_maps_own_side(browser, tmp_path):
+    ball = shapes.icosphere(3)
+    # Mirror images across x and across z; both ends of either are seen from the front, or from the right.
+    tree = KDTree(ball.vertices)
+    maps = {
+        name: tree.query(ball.vertices * sign)[1] for name, sign in (("x", [-1, 1, 1]), ("z", [1, 1, -1]))
+    }
+    cameras = {"x": render.camera("top"), "z": render.camera("right")}
+    layers = {
+        "height": ball.vertices[:, 2],
+        "x": np.abs(ball.vertices[:, 0]),
+        "z": np.abs(ball.vertices[:, 2]),
+    }
+    shown = ShownSurface("ball", ball, layers, maps=maps, cameras=cameras)
+    with pytest.raises(InputError, match="camera of map 'x'"):
+        comparison_page(
+            [ShownSurface("b", ball, layers, maps=maps, cameras={"x": np.ones((3, 3))})], title="b"
+        )
+    opened = browser.open(write_page(tmp_path / "page.html", comparison_page([shown], title="Ball")))
+    state = """const { view } = pliant.panes[0], at = (v) => Array.from(view.normals.subarray(3 * v, 3 * v + 3));
+    return [document.getElementById('layer').value, view.rotation,
+            [view.marked, view.mirrored].map((v) => dot(view.rotation[2], at(v)))]"""
+    for name in ("x", "z"):
+        layer, rotation, facing = opened.run(state)
+        assert layer == name
+        np.testing.assert_allclose(rotation, cameras[name], atol=1e-12)
+        assert min(facing) > 0.1
+        opened.driver.find_element("id", "next").click()
+    # A layer and a vertex that were chosen by hand stay.
+    opened.choose("layer", "height")
+    picked = int(np.argmax(ball.vertices @ [1, 1, 1]))
+    opened.run("pliant.pick(pliant.panes[0], arguments[0])", picked)
+    opened.driver.find_element("id", "next").click()
+    assert opened.run(state)[0] == "height"
+    assert opened.run("return pliant.panes[0].view.mirrored") == maps["x"][picked]
+    assert opened.errors() == []
+
+
 def test_a_mesh_alone_is_coloured_by_height_along_what_is_up(tmp_path):
     egg = shapes.ellipsoid((1.0, 2.0, 3.0), 2)
     save_mesh(tmp_path / "egg.ply", egg)
@@ -94,6 +134,6 @@ def test_a_mesh_alone_is_coloured_by_height_along_what_is_up(tmp_path):
         text = page.read_text(encoding="utf-8")
         data = json.loads(re.search(r'id="surfaces">(.*?)</script>', text, re.S).group(1))
         (layer,) = data[0]["layers"]
-        assert layer["name"] == "height (mm)"
+        assert layer["name"] == "height of vertices (mm)"
         low, high = np.percentile(egg.vertices[:, axis].astype("f4"), (2, 98))
         np.testing.assert_allclose([layer["low"], layer["high"]], [low, high], rtol=1e-5)

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import json
+import re
+
 import numpy as np
 import pytest
 
-from pliant import shapes
+from pliant import ShownSurface, comparison_page, shapes
 from pliant.report._payload import surface_payload
 from pliant.report.colours import MISSING
 from pliant.report.labels import AHA_NAMES, LABEL_COLOURS, is_aha, label_facts, label_values
@@ -70,6 +73,42 @@ def test_a_segment_has_one_colour_whether_or_not_some_vertices_are_in_none():
     all_of_them, with_none = (label_facts(np.arange(18.0), tuple(range(i, 18)), None) for i in (1, 0))
     assert with_none["colours"][1:] == all_of_them["colours"] == list(LABEL_COLOURS[:17])
     assert len(set(with_none["colours"])) == 18
+
+
+def test_what_is_in_no_segment_is_grey():
+    facts = label_facts(np.arange(18.0), tuple(range(18)), None)
+    assert facts["names"][0] == "0 no segment"
+    assert facts["colours"][0] == "#b8b8b8"
+    assert label_facts(np.arange(3.0), (0, 1, 2), None)["colours"] == list(LABEL_COLOURS[:3])
+
+
+def shown_labels(*arrays):
+    """Values and names of the labels that a page carries of surfaces with one layer of one name."""
+    surfaces = [ShownSurface(str(i), shapes.icosphere(2), {"id": values}) for i, values in enumerate(arrays)]
+    text = comparison_page(surfaces, title="ids")
+    data = json.loads(re.search(r'id="surfaces">(.*?)</script>', text, re.S).group(1))
+    return [surface["layers"][0]["labels"] for surface in data]
+
+
+def test_names_of_segments_stay_with_the_surface_that_has_segments():
+    number = np.arange(162)
+    heart, wall, same = shown_labels(number % 18, number % 3, 1 + number % 17)
+    assert heart["names"][1] == same["names"][1] == "1 basal anterior"
+    assert heart["colours"][1] == same["colours"][1]
+    assert wall["values"] == [0, 1, 2]
+    assert wall["names"] == ["0", "1", "2"]
+    assert wall["colours"] == list(LABEL_COLOURS[:3])
+    # Neither are two sets of labels segments because both together are 0 to 17.
+    low, high = shown_labels(number % 9, 9 + number % 9)
+    assert low["values"] == high["values"] == list(range(18))
+    assert low["names"] == high["names"] == [str(i) for i in range(18)]
+
+
+def test_labels_of_one_surface_are_labels_whatever_another_has():
+    number = np.arange(162)
+    labelled, valued = shown_labels(number % 3, number / 7)
+    assert labelled["values"] == [0, 1, 2]
+    assert valued is None
 
 
 def test_the_page_carries_each_labels_name_count_and_colour():

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import tempfile
 import webbrowser
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -21,7 +22,8 @@ if TYPE_CHECKING:
     from .. import Mesh
     from ..report import ShownSurface
 
-_COLUMNS = 6
+_COLUMNS = 12
+_NAMED = 3
 _PARCELLATIONS = (".annot", ".annot.gz", ".label.gii")
 _WIDEST = 64
 
@@ -60,7 +62,7 @@ def view(
         complain("note", f"no browser could be opened; open {place} yourself")
 
 
-def _surfaces(files: Sequence[Path], up: str, unit: str) -> list[ShownSurface]:
+def _surfaces(files: Sequence[Path], up: Up, unit: str) -> list[ShownSurface]:
     from ..mesh.arrays import holds_arrays_only
 
     groups: list[tuple[Path, list[Path]]] = []
@@ -90,78 +92,109 @@ def _names(paths: Sequence[Path]) -> list[str]:
     return names
 
 
-def _surface(name: str, path: Path, results: Sequence[Path], up: str, unit: str) -> ShownSurface:
-    from .. import load_arrays
-    from ..mesh import load_parcellation
+@dataclass
+class _Found:
+    """What the results of one mesh hold."""
+
+    arrays: list[tuple[Path, str, Any]] = field(default_factory=list)
+    layers: dict[str, np.ndarray] = field(default_factory=dict)
+    charts: dict[str, np.ndarray] = field(default_factory=dict)
+    maps: dict[str, Any] = field(default_factory=dict)
+    cameras: dict[str, Any] = field(default_factory=dict)
+    label_names: dict[str, dict[int, str]] = field(default_factory=dict)
+    warnings: list[str] = field(default_factory=list)
+    notes: list[str] = field(default_factory=list)
+
+
+def _surface(name: str, path: Path, results: Sequence[Path], up: Up, unit: str) -> ShownSurface:
     from ..report import ShownSurface
     from ..report.labels import is_aha, label_values
 
     mesh, _ = load_examined(path)
-    arrays: dict[str, Any] = {}
-    maps: dict[str, Any] = {}
-    label_names: dict[str, dict[int, str]] = {}
-    notes: list[str] = []
-    for result in results:
-        if result.is_dir():
-            found, told = _maps(result, mesh)
-            maps.update(found)
-            notes += told
-        elif result.name.lower().endswith(_PARCELLATIONS):
-            parcels = load_parcellation(result)
-            arrays[result.name] = np.where(parcels.labels < 0, np.nan, parcels.labels)
-            label_names[result.name] = parcels.names
-        else:
-            arrays.update(load_arrays(result))
-    if not results and path.suffix.lower() in (".ply", ".vtk", ".vtp", ".vtu", ".gii"):
-        arrays.update(load_arrays(path))
-    layers, charts = _layers(arrays, mesh, name)
-    if not layers:
+    own = path.suffix.lower() in (".ply", ".vtk", ".vtp", ".vtu", ".gii")
+    found = _read(results or ([path] if own else []), mesh, up)
+    misfits = _take(found, mesh)
+    if results and misfits and not found.layers:
+        count = f"{path} has {mesh.n_vertices} vertices"
+        message = f"none of the results fits their mesh: {count}; {'; '.join(misfits[:_NAMED])}"
+        raise InputError(message + ("; …" if len(misfits) > _NAMED else ""))
+    found.notes += [
+        f"left out for having no row for each of the {mesh.n_vertices} vertices: {text}" for text in misfits
+    ]
+    if not found.layers:
         upwards = mesh.vertices[:, "xyz".index(up)]
-        layers = {f"height ({unit})" if unit else "height": upwards.copy()}
-    for note in notes:
-        complain("warning", f"{name}: {note}")
-    segments = next((values for values in layers.values() if is_aha(label_values(values))), None)
+        found.layers[f"height of vertices ({unit})" if unit else "height of vertices"] = upwards.copy()
+    for kind, texts in (("warning", found.warnings), ("note", found.notes)):
+        for text in texts:
+            complain(kind, f"{name}: {text}")
+    segments = next((values for values in found.layers.values() if is_aha(label_values(values))), None)
     return ShownSurface(
         name,
         mesh,
-        layers,
-        charts,
-        maps,
+        found.layers,
+        found.charts,
+        found.maps,
         None if segments is None else np.nan_to_num(segments).astype(np.int64),
-        label_names,
-        notes,
+        found.label_names,
+        found.warnings + found.notes,
+        found.cameras,
     )
 
 
-def _layers(
-    arrays: dict[str, Any], mesh: Mesh, name: str
-) -> tuple[dict[str, np.ndarray], dict[str, np.ndarray]]:
-    """Columns to colour by, and rows to draw as histograms; what does not fit the mesh is named and left out."""
-    layers: dict[str, np.ndarray] = {}
-    charts: dict[str, np.ndarray] = {}
-    for key, values in arrays.items():
+def _read(results: Sequence[Path], mesh: Mesh, up: Up) -> _Found:
+    from .. import load_arrays
+    from ..mesh import load_parcellation
+
+    found = _Found()
+    for result in results:
+        if result.is_dir():
+            _add_symmetries(found, result, mesh, up)
+        elif result.name.lower().endswith(_PARCELLATIONS):
+            parcels = load_parcellation(result)
+            labels = np.where(parcels.labels < 0, np.nan, parcels.labels)
+            found.arrays.append((result, result.name, labels))
+            found.label_names[result.name] = parcels.names
+        else:
+            found.arrays += [(result, key, values) for key, values in load_arrays(result).items()]
+    return found
+
+
+def _take(found: _Found, mesh: Mesh) -> list[str]:
+    """Take columns to colour by and rows to draw as histograms; return what does not fit the mesh, in words."""
+    misfits = []
+    for path, key, values in found.arrays:
         numbers = np.asarray(values)
-        fits = numbers.dtype.kind in "biuf" and numbers.ndim in (1, 2) and len(numbers) == mesh.n_vertices
         if numbers.ndim == 0:  # what made the arrays
             continue
-        if not fits or not numbers.size:
-            complain("note", f"{name}: {key}, shape {numbers.shape}, has no row a vertex and is left out")
-            continue
-        if numbers.ndim == 1:
-            layers[key] = numbers  # whole numbers may be labels
-            continue
-        rows = numbers.reshape(len(numbers), -1).astype(np.float64)
-        for column in np.unique(np.linspace(0, rows.shape[1] - 1, _COLUMNS).astype(int)):
-            layers[f"{key}, column {column}"] = rows[:, column]
-        if rows.shape[1] <= _WIDEST and np.isfinite(rows).all():
-            charts[key] = rows
-    return layers, charts
+        if numbers.dtype.kind not in "biuf" or numbers.ndim > 2 or not numbers.size:
+            misfits.append(f"{path.name}: {key}, shape {numbers.shape}, {numbers.dtype}")
+        elif len(numbers) != mesh.n_vertices:
+            misfits.append(f"{path.name}: {key} has length {len(numbers)}")
+        elif numbers.ndim == 1:
+            found.layers[key] = numbers  # whole numbers may be labels
+        else:
+            _take_columns(found, key, numbers.astype(np.float64))
+    return misfits
 
 
-def _maps(folder: Path, mesh: Mesh) -> tuple[dict[str, Any], list[str]]:
-    """Read maps by name, and what to know of them."""
+def _take_columns(found: _Found, key: str, rows: np.ndarray) -> None:
+    width = rows.shape[1]
+    columns = np.unique(np.linspace(0, width - 1, _COLUMNS).astype(int))
+    for column in columns:
+        found.layers[f"{key}, column {column}"] = rows[:, column]
+    if len(columns) < width:
+        numbers = ", ".join(str(column) for column in columns)
+        found.notes.append(
+            f"{key} has {width} columns, counted from 0; {len(columns)} of them can be shown: {numbers}"
+        )
+    if width <= _WIDEST and np.isfinite(rows).all():
+        found.charts[key] = rows
+
+
+def _add_symmetries(found: _Found, folder: Path, mesh: Mesh, up: Up) -> None:
+    """Read maps by name, from where and in which colours they are seen, and what to know of them."""
     from ..matching.symmetry import SymmetryResult
-    from ..report.symmetry import symmetry_names
+    from ..report.symmetry import matching_colours, symmetry_camera, symmetry_names
 
     result = SymmetryResult.load(folder)
     try:
@@ -169,13 +202,12 @@ def _maps(folder: Path, mesh: Mesh) -> tuple[dict[str, Any], list[str]]:
     except InputError as error:
         message = f"{folder}: {error}; name the mesh that it was made from"
         raise InputError(message) from error
-    notes = []
     if result.mesh is None:
-        notes.append(
+        found.warnings.append(
             f"{folder.name} does not say which mesh its symmetries are of, only that it has "
             f"{mesh.n_vertices} vertices. Run pliant symmetry again to be sure."
         )
-    maps = {
-        name: found.point_map for name, found in zip(symmetry_names(result), result.symmetries, strict=True)
-    }
-    return maps, notes
+    for name, symmetry in zip(symmetry_names(result), result.symmetries, strict=True):
+        found.maps[name] = symmetry.point_map
+        found.cameras[name] = symmetry_camera(mesh, symmetry, up=up)
+        found.layers[name] = matching_colours(mesh, symmetry)

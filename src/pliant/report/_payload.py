@@ -70,6 +70,7 @@ def _layer(
         "low": low,
         "high": high,
         "low_positive": low_positive,
+        "single": known.size > 0 and bool((known == known[0]).all()),
         "missing": field.size - known.size,
         "labels": None if labels is None else label_facts(field, labels, names),
     }

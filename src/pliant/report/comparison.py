@@ -11,13 +11,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from .._arrays import FloatArray, as_indices
+from .._arrays import FloatArray, as_floats, as_indices
 from ..errors import InputError
 from ..mesh import Mesh
 from ._frame import VIEWER, asset, embedded, framed, scripts
 from ._payload import packed, surface_payload
 from .colours import COLOUR_MAPS
-from .labels import LABEL_COLOURS, LabelNames, label_values
+from .labels import LABEL_COLOURS, LabelNames, is_aha, label_values
 from .page import checked_histograms, checked_layers
 from .render import Axis
 
@@ -47,7 +47,10 @@ class ShownSurface:
     label_names : mapping of layer name to mapping of int to str
         What the labels of a layer are called. Layers of whole numbers of few kinds are shown as labels.
     notes : sequence of str
-        What to know before looking, written above the surface.
+        What to know before looking, written under the surface.
+    cameras : mapping of name of a map to (3, 3) array_like
+        From where a map is seen best, as :func:`pliant.report.render.camera` gives: the surface turns there when the
+        map is stepped to. Stepping also shows the layer that has the name of the map, if there is one.
     """
 
     name: str
@@ -58,6 +61,7 @@ class ShownSurface:
     segments: ArrayLike | None = None
     label_names: Mapping[str, LabelNames] = field(default_factory=dict)
     notes: Sequence[str] = ()
+    cameras: Mapping[str, ArrayLike] = field(default_factory=dict)
 
 
 def comparison_page(
@@ -105,8 +109,11 @@ def comparison_page(
     if len(set(names)) < len(names):
         message = f"surfaces must have different names, got {', '.join(names)}"
         raise InputError(message)
-    labels = _shared_labels(surfaces)
-    data = [_surface_data(surface, labels, up, length_unit) for surface in surfaces]
+    shared = _shared_labels(surfaces)
+    data = [
+        _surface_data(surface, labels, up, length_unit)
+        for surface, labels in zip(surfaces, shared, strict=True)
+    ]
     maps = "\n".join(f'<option value="{name}">{name}</option>' for name in COLOUR_MAPS)
     parts = {
         "title": escape(title),
@@ -118,14 +125,25 @@ def comparison_page(
     return framed("comparison.html", parts, style="comparison.css")
 
 
-def _shared_labels(surfaces: Sequence[ShownSurface]) -> dict[str, tuple[int, ...]]:
-    """Labels of the layers that are labels on every surface that has them: one label has one colour everywhere."""
-    found: dict[str, set[int] | None] = {}
-    for surface in surfaces:
-        for name, values in surface.layers.items():
-            own, before = label_values(values), found.get(name, set())
-            found[name] = None if own is None or before is None else before | set(own)
-    return {name: tuple(sorted(v)) for name, v in found.items() if v and len(v) <= len(LABEL_COLOURS)}
+def _shared_labels(surfaces: Sequence[ShownSurface]) -> list[dict[str, tuple[int, ...]]]:
+    """Labels of each surface's layers, with those of surfaces that mean the same by a name: one label has one colour.
+
+    Segments of the heart share with segments only: another surface's 1 is not "basal anterior".
+    """
+    own = [
+        {name: found for name, values in surface.layers.items() if (found := label_values(values))}
+        for surface in surfaces
+    ]
+    together: dict[tuple[str, bool], set[int]] = {}
+    for layers in own:
+        for name, found in layers.items():
+            together.setdefault((name, is_aha(found)), set()).update(found)
+
+    def shared(name: str, found: tuple[int, ...]) -> tuple[int, ...]:
+        union = together[name, is_aha(found)]
+        return tuple(sorted(union)) if len(union) <= len(LABEL_COLOURS) else found
+
+    return [{name: shared(name, found) for name, found in layers.items()} for layers in own]
 
 
 def _surface_data(
@@ -156,7 +174,12 @@ def _surface_data(
         "count": mesh.n_vertices,
         "bins": [chart.shape[1] for chart in charts.values()],
         "maps": [
-            {"name": name, "values": packed((values + 1).astype(np.uint32))} for name, values in maps.items()
+            {
+                "name": name,
+                "values": packed((values + 1).astype(np.uint32)),
+                "camera": _checked_camera(surface, name),
+            }
+            for name, values in maps.items()
         ],
         "segments": None if segments is None else packed(segments.astype(np.uint8)),
     }
@@ -172,6 +195,17 @@ def _checked_vertices(values: ArrayLike, mesh: Mesh, name: str, most: int, *, le
         message = f"{name} must lie in {least} to {most}; {outside} numbers do not"
         raise InputError(message)
     return numbers
+
+
+def _checked_camera(surface: ShownSurface, name: str) -> list[list[float]] | None:
+    if name not in surface.cameras:
+        return None
+    rows = as_floats(surface.cameras[name], f"camera of {name!r}")
+    if rows.shape != (3, 3) or not np.allclose(rows @ rows.T, np.eye(3), atol=1e-6):
+        message = f"the camera of map {name!r} must be three unit rows at right angles, shape (3, 3), got {rows.shape}"
+        raise InputError(message)
+    seen: list[list[float]] = rows.tolist()
+    return seen
 
 
 def _pane(index: int, names: Sequence[str], chosen: int) -> str:

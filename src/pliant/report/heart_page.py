@@ -166,4 +166,7 @@ def _table(description: HeartDescription) -> str:
     axis, mean = description.frame.length, features.roughness[0]
     ball = "" if np.isnan(features.sphericity) else f"; sphericity {features.sphericity:.2f}"
     whole = f"<p>Cavity {cavity}; long axis {axis:.1f} mm{ball}; mean roughness {mean:.3f} per mm.</p>"
-    return f'{whole}<table class="numbers"><thead><tr>{head}</tr></thead><tbody>{rows}</tbody></table>'
+    table = f'<table class="numbers"><thead><tr>{head}</tr></thead><tbody>{rows}</tbody></table>'
+    return (
+        f'{whole}<div class="wide" tabindex="0" role="region" aria-label="Numbers of segments">{table}</div>'
+    )

@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike
 
 from .._arrays import FloatArray
 from ..heart import SEGMENT_NAMES
+from .colours import MISSING
 
 #: Names of the labels of a layer, by label.
 LabelNames: TypeAlias = Mapping[int, str]
@@ -31,6 +32,9 @@ LABEL_COLOURS: tuple[str, ...] = (
 AHA_NAMES: dict[int, str] = {0: "0 no segment"} | {
     i: f"{i} {name}" for i, name in enumerate(SEGMENT_NAMES, start=1)
 }
+
+#: Colour of what is in no segment: that of a missing value.
+NO_SEGMENT = "#" + "".join(f"{round(255 * part):02x}" for part in MISSING)
 
 _REPEATS_WHOLE, _REPEATS_FLOAT = 2, 10
 
@@ -72,14 +76,16 @@ def is_aha(labels: Iterable[int] | None) -> bool:
 
 def label_facts(field: FloatArray, labels: tuple[int, ...], names: LabelNames | None) -> dict[str, object]:
     """Return what a page needs to show labels: values, names, counts and colours."""
-    aha = is_aha(labels)
+    counts = [int((field == value).sum()) for value in labels]
+    # Labels may be those of several surfaces: what they mean here is told by those that are here.
+    aha = is_aha(value for value, count in zip(labels, counts, strict=True) if count)
     if names is None:
         names = AHA_NAMES if aha else {}
-    # A segment has the same colour whether or not what is in none has a label too.
-    places = [(value - 1) % 18 for value in labels] if aha else range(len(labels))
+    # A segment has the same colour whether or not what is in none, grey, has a label too.
+    places = [value - 1 for value in labels] if aha else range(len(labels))
     return {
         "values": list(labels),
         "names": [names.get(value, str(value).replace("-", "−")) for value in labels],
-        "counts": [int((field == value).sum()) for value in labels],
-        "colours": [LABEL_COLOURS[place] for place in places],
+        "counts": counts,
+        "colours": [LABEL_COLOURS[place] if place >= 0 else NO_SEGMENT for place in places],
     }

@@ -88,7 +88,7 @@ def symmetry_page(
     result.check_mesh(mesh)
     names = symmetry_names(result)
     layers = {
-        name: _matching_colours(mesh, found) for name, found in zip(names, result.symmetries, strict=True)
+        name: matching_colours(mesh, found) for name, found in zip(names, result.symmetries, strict=True)
     }
     ends = [correspondence_sources(mesh, found, most) for found in result.symmetries]
     data = surface_payload(mesh, checked_layers(mesh, layers), {}, np.array([0.0]), up, length_unit)
@@ -233,7 +233,7 @@ def _telling_side(mesh: Mesh, sources: IntArray, images: IntArray, up: Axis) -> 
     return max(seen, key=lambda side: seen[side])
 
 
-def _matching_colours(mesh: Mesh, found: Symmetry) -> FloatArray:
+def matching_colours(mesh: Mesh, found: Symmetry) -> FloatArray:
     """Values that agree between points and their images: the longest direction of the source, carried over."""
     values = np.full(mesh.n_vertices, np.nan)
     source = np.flatnonzero(found.source)

@@ -9,7 +9,8 @@ class Pane {
     this.chooser.hidden = this.chooser.options.length < 2; // nothing to choose: the heading names it
     this.chooser.addEventListener("change", () => this.show(Number(this.chooser.value)).catch((error) => this.fail(error)));
     this.picked = null;
-    this.key = new ColourKey(place.querySelector(".key"), (value) => board.highlight(value));
+    this.chose = false; // the picked vertex was chosen by a step, not by hand
+    this.key = new ColourKey(place.querySelector(".key"), (value) => board.highlight(value === null ? null : { value, name: this.labelName(value) }));
   }
 
   fail(error) {
@@ -59,11 +60,17 @@ class Pane {
     return at < 0 ? null : { about: this.info.layers[at], values: this.data.layers[at] };
   }
 
+  /** What the shown layer calls a label; surfaces may mean different things by one number. */
+  labelName(value) {
+    const labels = this.layer(byId("layer").value)?.about.labels;
+    return labels ? labels.names[labels.values.indexOf(value)] : undefined;
+  }
+
   /** Show a layer: labels in their colours, one alone if it is chosen; values as `scale` says. */
   paint(name, scale, chosen) {
     const layer = this.layer(name), labels = layer && layer.about.labels;
     if (labels) {
-      const known = labels.values.includes(chosen) ? chosen : null;
+      const known = chosen && this.labelName(chosen.value) === chosen.name ? chosen.value : null;
       this.view.paint(placedLabels(layer.values, labels), true);
       this.view.useTable(labelTable(labels, known));
       this.key.legend(layer.about, this.info.count, known);
@@ -98,16 +105,31 @@ class Pane {
     }));
   }
 
-  /** The picked vertex if the map takes it anywhere, else the one that it takes farthest: a step always shows something. */
+  /** Look from where a map is seen best. */
+  lookAlong(map) {
+    const rows = this.info.maps[map]?.camera;
+    if (!rows) return;
+    this.board.turning = true;
+    this.view.look(rows);
+    this.board.turning = false;
+  }
+
+  /**
+   * The vertex picked by hand if the map takes it anywhere, else the one that it takes farthest, both ends facing the
+   * viewer if possible: a step always shows something.
+   */
   carried(map) {
     const images = map === null ? null : this.data.maps[map];
-    if (!images || (this.picked !== null && images[this.picked] > 0)) return this.picked;
-    const at = this.data.positions;
+    if (!images || (this.picked !== null && !this.chose && images[this.picked] > 0)) return this.picked;
+    this.chose = true;
+    const at = this.data.positions, { normals, rotation } = this.view;
+    const facing = (vertex) => dot(rotation[2], normals.subarray(3 * vertex, 3 * vertex + 3)) > 0.2;
     let farthest = -1, chosen = this.picked;
     for (let v = 0; v < images.length; v++) {
       if (!images[v]) continue;
       const w = 3 * (images[v] - 1);
-      const apart = Math.hypot(at[3 * v] - at[w], at[3 * v + 1] - at[w + 1], at[3 * v + 2] - at[w + 2]);
+      const moved = Math.hypot(at[3 * v] - at[w], at[3 * v + 1] - at[w + 1], at[3 * v + 2] - at[w + 2]);
+      const apart = moved * (facing(v) && facing(w / 3) ? 1 : 0.3);
       if (apart > farthest) [farthest, chosen] = [apart, v];
     }
     return chosen;
@@ -178,6 +200,7 @@ class Board {
     for (const id of ["linked", "common"]) byId(id).closest(".check").hidden = this.panes.length < 2;
     for (const pane of this.panes) await pane.show(Number(pane.chooser.value));
     if (!byId("stepper").hidden) this.step(1);
+    this.stepped = true; // from now on a layer that is no map's was chosen by hand
     window.pliant = this; // for scripts and tests
     document.documentElement.dataset.ready = "true";
   }
@@ -204,6 +227,7 @@ class Board {
   limits(pane, name, logarithmic) {
     const about = pane.layer(name)?.about;
     if (!about) return [0, 1];
+    if (about.single) return [about.low, about.low];
     return logarithmic && about.low_positive > 0 ? [about.low_positive, about.high] : [about.low, about.high];
   }
 
@@ -211,16 +235,17 @@ class Board {
     const shown = this.panes.filter((pane) => pane.view), name = byId("layer").value;
     const labelled = shown.every((pane) => !pane.layer(name) || pane.layer(name).about.labels);
     for (const id of ["map", "scale", "common"]) byId(id).disabled = labelled;
-    const positive = shown.every((pane) => !pane.layer(name) || pane.layer(name).about.low_positive > 0);
+    const valued = (pane) => pane.layer(name) && !pane.layer(name).about.labels;
+    const positive = shown.every((pane) => !valued(pane) || pane.layer(name).about.low_positive > 0);
     byId("scale").querySelector("[value=log]").disabled = !positive;
     if (!positive) byId("scale").value = "linear";
     const logarithmic = byId("scale").value === "log", table = this.tables[byId("map").value];
     const own = shown.map((pane) => this.limits(pane, name, logarithmic));
-    const having = own.filter((_, i) => shown[i].layer(name));
+    const having = own.filter((_, i) => valued(shown[i]));
     const both = [Math.min(...having.map((ends) => ends[0])), Math.max(...having.map((ends) => ends[1]))];
     shown.forEach((pane, i) => {
-      const [low, high] = byId("common").checked ? both : own[i];
-      pane.paint(name, { low, high: high > low ? high : low + 1, logarithmic, table }, this.chosen);
+      const [low, high] = byId("common").checked && having.length ? both : own[i];
+      pane.paint(name, { low, high: high > low ? high : low + 1, single: !(high > low), logarithmic, table }, this.chosen);
     });
   }
 
@@ -247,8 +272,20 @@ class Board {
 
   pick(pane, vertex) {
     for (const one of this.panes) {
-      if (one === pane || (one.view && one.info.count === pane.info.count)) one.select(vertex, this.map);
+      if (one !== pane && !(one.view && one.info.count === pane.info.count)) continue;
+      one.chose = false;
+      one.select(vertex, this.map);
     }
+  }
+
+  /** Show the layer of a map, if every surface has maps or one's layer is shown already: others are not greyed. */
+  colourBy(named) {
+    const shown = this.panes.filter((pane) => pane.view), chooser = byId("layer");
+    const isMap = (name) => shown.some((pane) => pane.info.maps.some((map) => map.name === name));
+    if (!shown.some((pane) => pane.layer(named)) || chooser.value === named) return;
+    if (!isMap(chooser.value) && (this.stepped || !shown.every((pane) => pane.info.maps.length))) return;
+    chooser.value = named;
+    this.paint();
   }
 
   step(by) {
@@ -257,7 +294,9 @@ class Board {
     this.map = at < 0 ? (by < 0 && this.map === null ? most - 1 : null) : at >= most ? null : at;
     const named = this.map === null ? null : this.panes.find((pane) => pane.view && pane.info.maps[this.map]).info.maps[this.map].name;
     byId("step").textContent = named === null ? "none" : `${named}, ${this.map + 1} of ${most}`;
+    if (named !== null) this.colourBy(named);
     for (const pane of this.panes) {
+      if (pane.view && named !== null) pane.lookAlong(this.map);
       const vertex = pane.view ? pane.carried(this.map) : null;
       if (vertex !== null) pane.select(vertex, this.map);
     }

@@ -50,7 +50,20 @@ class ColourKey {
     return count ? [element("p", { class: "hint key-missing" }, `Grey: no value at ${count} of ${total} vertices.`)] : [];
   }
 
-  bar(layer, values, { low, high, logarithmic, table }) {
+  /** One value everywhere has one colour, the first, and no scale. */
+  patch(layer, value, total, table) {
+    const bar = element("div", { class: "key-bar", role: "img", "aria-label": `Colour of ${layer.name}: ${readable(value)} everywhere` });
+    bar.style.background = `rgb(${table.slice(0, 3).join(" ")})`;
+    const ticks = element("div", { class: "key-ticks" });
+    ticks.append(element("span", {}, readable(value)));
+    this.place.replaceChildren(element("p", { class: "key-name" }, layer.name), bar, ticks, ...this.missing(layer.missing, total));
+  }
+
+  bar(layer, values, { low, high, single, logarithmic, table }) {
+    if (single) {
+      this.patch(layer, values.find(Number.isFinite), values.length, table);
+      return;
+    }
     const half = (low + high) / 2;
     const middle = logarithmic ? Math.sqrt(low * high) : Math.abs(half) < 1e-9 * (high - low) ? 0 : half;
     const bar = element("div", { class: "key-bar", role: "img", "aria-label": `Colour bar, ${layer.name}: ${readable(low)} to ${readable(high)}` });

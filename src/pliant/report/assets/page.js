@@ -28,7 +28,8 @@ class LayerPage extends SurfacePage {
     const table = this.tables[byId("map").value];
     this.view.paint(placed(values, low, high, logarithmic));
     this.view.useTable(table);
-    this.key.bar(layer, values, { low, high, logarithmic, table });
+    const single = layer.single && low === Number(typed(layer.low)) && high === Number(typed(layer.high));
+    this.key.bar(layer, values, { low, high, single, logarithmic, table });
   }
 
   /** Set the limits to the layer's own: percentiles, or for logarithms its positive ones. */
