@@ -114,6 +114,11 @@ def test_a_step_shows_a_vertex_and_its_image_from_the_maps_own_side(browser, tmp
         assert layer == name
         np.testing.assert_allclose(rotation, cameras[name], atol=1e-12)
         assert min(facing) > 0.1
+        # Colours that join points with their images have no numbers.
+        assert "have one colour" in opened.run("return document.querySelector('.key').textContent")
+        assert opened.run("return document.querySelector('.key-bar')") is None
+        rows = opened.run("return [...document.querySelectorAll('.readout th')].map((th) => th.textContent)")
+        assert rows == ["Vertex", name, "height"]
         opened.driver.find_element("id", "next").click()
     # A layer and a vertex that were chosen by hand stay.
     opened.choose("layer", "height")

@@ -60,6 +60,11 @@ class Pane {
     return at < 0 ? null : { about: this.info.layers[at], values: this.data.layers[at] };
   }
 
+  /** Whether a layer only shows where a map leads: its values are colours, not sizes. */
+  isMap(name) {
+    return this.info.maps.some((map) => map.name === name);
+  }
+
   /** What the shown layer calls a label; surfaces may mean different things by one number. */
   labelName(value) {
     const labels = this.layer(byId("layer").value)?.about.labels;
@@ -81,7 +86,8 @@ class Pane {
     const values = layer ? layer.values : new Float32Array(this.info.count).fill(NaN);
     const place = (value) => placed([value], scale.low, scale.high, scale.logarithmic)[0];
     this.view.paint(placed(values, scale.low, scale.high, scale.logarithmic));
-    if (layer) this.key.bar(layer.about, values, scale);
+    if (layer && this.isMap(name)) this.key.matched(layer.about);
+    else if (layer) this.key.bar(layer.about, values, scale);
     else this.key.place.replaceChildren(element("p", { class: "hint" }, `This surface has no values called ${name}; it is grey.`));
     this.bullseye(layer, name, (value) => {
       const at = 3 * Math.round(255 * Math.min(Math.max(place(value), 0), 1));
@@ -151,6 +157,7 @@ class Pane {
     if (map !== null && this.data.maps[map]) row(this.info.maps[map].name, image >= 0 ? `vertex ${image}` : "none here");
     if (this.data.segments) row("AHA segment", this.data.segments[vertex] ? String(this.data.segments[vertex]) : "none (base)");
     this.info.layers.forEach(({ name, labels }, i) => {
+      if (this.isMap(name)) return;
       const value = this.data.layers[i][vertex];
       row(name, labels ? labels.names[labels.values.indexOf(value)] ?? "no value" : readable(value));
     });
@@ -281,7 +288,7 @@ class Board {
   /** Show the layer of a map, if every surface has maps or one's layer is shown already: others are not greyed. */
   colourBy(named) {
     const shown = this.panes.filter((pane) => pane.view), chooser = byId("layer");
-    const isMap = (name) => shown.some((pane) => pane.info.maps.some((map) => map.name === name));
+    const isMap = (name) => shown.some((pane) => pane.isMap(name));
     if (!shown.some((pane) => pane.layer(named)) || chooser.value === named) return;
     if (!isMap(chooser.value) && (this.stepped || !shown.every((pane) => pane.info.maps.length))) return;
     chooser.value = named;

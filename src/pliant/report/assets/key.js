@@ -59,6 +59,12 @@ class ColourKey {
     this.place.replaceChildren(element("p", { class: "key-name" }, layer.name), bar, ticks, ...this.missing(layer.missing, total));
   }
 
+  /** Colours that join points with their images have no numbers. */
+  matched(layer) {
+    this.place.replaceChildren(element("p", { class: "key-name" }, layer.name), element("p", { class: "hint" },
+      `A point and its image have one colour.${layer.missing ? " Grey parts are not carried anywhere." : ""}`));
+  }
+
   bar(layer, values, { low, high, single, logarithmic, table }) {
     if (single) {
       this.patch(layer, values.find(Number.isFinite), values.length, table);
