@@ -197,6 +197,14 @@ def test_what_is_left_out_is_said(put) -> None:
         load_mesh(put("x.ply", SAMPLES["little.ply"] + b"abc"))
 
 
+def test_a_mesh_written_with_its_arguments_swapped_is_told_their_order(tmp_path: Path) -> None:
+    triangle = Mesh([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]])
+    with pytest.raises(InputError, match=r"save_mesh\(path, mesh\); got Mesh and"):
+        save_mesh(triangle, tmp_path / "x.ply")  # type: ignore[arg-type]
+    with pytest.raises(InputError, match="Path and str"):
+        save_mesh(tmp_path / "x.ply", "mesh")  # type: ignore[arg-type]
+
+
 def test_readers_say_nothing_on_the_terminal(put, capfd: pytest.CaptureFixture[str]) -> None:
     for name, data in {**SAMPLES, **LOOSE}.items():
         with warnings.catch_warnings():

@@ -107,8 +107,8 @@ def save_mesh(
     Raises
     ------
     InputError
-        If no format has this ending, the format holds no per-vertex arrays, an array does not have one
-        row a vertex, or the file cannot be written.
+        If path and mesh are swapped, no format has this ending, it holds no per-vertex arrays, an array does not
+        have one row a vertex, or the file cannot be written.
 
     Examples
     --------
@@ -118,6 +118,10 @@ def save_mesh(
     >>> load_mesh(path)
     Mesh(3 vertices, 1 faces)
     """
+    if isinstance(path, Mesh) or not isinstance(mesh, Mesh):
+        found = f"{type(path).__name__} and {type(mesh).__name__}"
+        message = f"save_mesh takes the path first and then a Mesh, save_mesh(path, mesh); got {found}"
+        raise InputError(message)
     path = Path(path)
     chosen = for_writing(path.name)
     arrays = checked_arrays(data or {}, mesh.n_vertices)
