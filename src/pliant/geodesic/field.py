@@ -40,7 +40,7 @@ class FieldEstimate:
     Parameters
     ----------
     values : (n,) array of float
-        Unbiased estimate of :func:`pliant.gfe`.
+        Unbiased estimate of :func:`pliant.gfe`, never negative.
     half_widths : (n,) array of float
         Half-width of the confidence interval of each value by itself (not of all values together).
     confidence : float
@@ -213,7 +213,8 @@ def estimate_gfe(
         return FieldEstimate(exact * scale, np.zeros(n), confidence, np.arange(n))
     groups, stands_for = _stratified(solver.order, n_strata, np.random.default_rng(rng))
     found = solver.sampled_betweenness(list(groups), back, stands_for, **where)
-    estimates = found * scale
+    # What paths add up to is never negative: where none passes, rounding may be.
+    estimates = np.maximum(found * scale, 0)
     missing = 1 - n_strata * GROUPS / n
     error = np.sqrt(estimates.var(axis=0, ddof=1) / GROUPS * missing)
     half = stats.t.ppf(0.5 + confidence / 2, GROUPS - 1) * error
