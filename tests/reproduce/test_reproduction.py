@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 import json
+import re
 from pathlib import Path
 
 import numpy as np
@@ -220,4 +221,21 @@ def test_the_command_writes_a_report_and_speaks_json(tmp_path, capsys, monkeypat
     kernel = next(v for name, v in rows.items() if name.startswith("mean") and "below" in name)
     assert area < 0.3 < kernel
     assert main(["reproduce", "--list"]) == 0
-    assert FAST in capsys.readouterr().out
+    listed = capsys.readouterr().out.splitlines()
+    assert any(line.split()[:1] == [FAST] for line in listed)
+    named = [
+        line for line in listed if line.split()[:1] and line.split()[0].startswith(("figure-", "table-"))
+    ]
+    assert len({re.match(r" *[a-z]+-[0-9.]+ +", line).end() for line in named}) == 1  # to the left
+
+
+def test_the_command_says_why_an_experiment_is_not_tested(tmp_path, capsys, monkeypatch):
+    monkeypatch.delenv("PLIANT_DATA", raising=False)
+    assert main(["reproduce", "figure-6.6", "--quick", "-o", str(tmp_path)]) == 0
+    assert "figure-6.6, not tested: It needs images/caltech101" in capsys.readouterr().out
+
+
+def test_an_unknown_name_is_bad_usage_and_all_names_are_told(tmp_path):
+    assert main(["reproduce", "table-9.9", "-o", str(tmp_path)]) == 2
+    with pytest.raises(InputError, match=r"figure-2\.7, .*chapter-2, .*figure-2\.9 \(in figure-2\.8\)"):
+        reproduce(["table-9.9"], folder=tmp_path)

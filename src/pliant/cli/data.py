@@ -63,7 +63,7 @@ def verify(names: Names = None, folder: Folder = None) -> None:
 
     found = compare(_place(folder), names or ())
     rows = [(v.dataset.name, v.state, _files(v)) for v in found]
-    show_table("Data sets", ("name", "state", ""), rows)
+    show_table("Data sets", ("name", "state", ""), rows, prose=(0, 1))
     wrong = [f"{v.dataset.name}{_first(v.wrong)}" for v in found if v.state in ("different", "incomplete")]
     if wrong:
         sets = "1 data set differs" if len(wrong) == 1 else f"{len(wrong)} data sets differ"

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import os
 import sys
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -36,8 +36,10 @@ def say_json(value: Any) -> None:
     say(json.dumps(value, indent=2, ensure_ascii=False, allow_nan=False))
 
 
-def show_table(title: str, columns: Sequence[str], rows: Iterable[Sequence[str]]) -> None:
-    """Write a table under a title: the first column to the left, numbers to the right."""
+def show_table(
+    title: str, columns: Sequence[str], rows: Iterable[Sequence[str]], *, prose: Collection[int] = (0,)
+) -> None:
+    """Write a table under a title: columns of words to the left, the first only by default, numbers to the right."""
     from rich import box
     from rich.table import Table
     from rich.text import Text
@@ -45,7 +47,7 @@ def show_table(title: str, columns: Sequence[str], rows: Iterable[Sequence[str]]
     headed = any(columns)
     table = Table(box=box.SIMPLE_HEAD if headed else None, show_edge=False, show_header=headed)
     for i, column in enumerate(columns):
-        table.add_column(column, justify="left" if i == 0 else "right", no_wrap=i > 0)
+        table.add_column(column, justify="left" if i in prose else "right", no_wrap=i not in prose)
     for row in rows:
         table.add_row(*(Text(cell) for cell in row))
     _show(Text(title, style="bold"), table)

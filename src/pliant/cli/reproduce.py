@@ -8,14 +8,29 @@ from typing import Annotated
 
 import typer
 
-from .output import given, output_folder, say_json, show_table
+from ..errors import InputError
+from .output import given, output_folder, say, say_json, show_table
+
+
+def _known(names: list[str] | None) -> list[str] | None:
+    """Refuse an unknown name as bad usage, like any other choice."""
+    if names:
+        from ..reproduce.run import chosen
+
+        try:
+            chosen(names)
+        except InputError as error:
+            raise typer.BadParameter(str(error)) from error
+    return names
 
 
 def reproduce(
     names: Annotated[
         list[str] | None,
         typer.Argument(
-            metavar="[NAME...]", help="Experiments or chapters, as table-2.2 or chapter-3; all by default."
+            metavar="[NAME...]",
+            callback=_known,
+            help="Experiments or chapters, as table-2.2 or chapter-3; all by default.",
         ),
     ] = None,
     output: Annotated[
@@ -54,7 +69,7 @@ def reproduce(
             (e.name, e.title + (f" ({', '.join(e.covers)})" if e.covers else ""), ", ".join(e.needs) or "–")
             for e in experiments()
         ]
-        show_table("Experiments", ("name", "what, and what else it covers", "needs"), rows)
+        show_table("Experiments", ("name", "what, and what else it covers", "needs"), rows, prose=(0, 1, 2))
         return
     place = data or (Path(os.environ["PLIANT_DATA"]) if os.environ.get("PLIANT_DATA") else None)
     done = run(names or (), folder=output, data=place, quick=quick, rng=seed, progress=not as_json)
@@ -72,4 +87,12 @@ def reproduce(
         )
         for o in done
     ]
-    show_table(f"Written to {output / 'report.html'}", ("experiment", "what", "verdict", "time"), lines)
+    show_table(
+        f"Written to {output / 'report.html'}",
+        ("experiment", "what", "verdict", "time"),
+        lines,
+        prose=(0, 1, 2),
+    )
+    for o in done:
+        if o.findings.verdict == "not tested":
+            say(f"{o.experiment.name}, not tested: {o.findings.summary}")

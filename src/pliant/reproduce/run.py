@@ -106,7 +106,7 @@ def reproduce(
     """
     from .page import write_report
 
-    chosen = _chosen(names)
+    wanted = chosen(names)
     source = None if data is None else Path(data)
     if source is not None and not source.is_dir():
         message = f"the data folder {source} does not exist"
@@ -114,8 +114,8 @@ def reproduce(
     place = Path(folder)
     (place / RESULTS).mkdir(parents=True, exist_ok=True)
     done = []
-    with progress_bar("reproducing", len(chosen), show=progress) as advance:
-        for experiment in chosen:
+    with progress_bar("reproducing", len(wanted), show=progress) as advance:
+        for experiment in wanted:
             done.append(_outcome(experiment, place / RESULTS, source, quick, rng))
             advance()
     # What an earlier run on the same code, data and settings left in the folder belongs in its report too.
@@ -125,13 +125,19 @@ def reproduce(
     return done
 
 
-def _chosen(names: Sequence[str]) -> list[Experiment]:
+def chosen(names: Sequence[str]) -> list[Experiment]:
+    """Return the experiments that these names mean, all for none."""
     known = experiments()
     wanted: set[str] = set()
     for name in names:
         matches = [e.name for e in known if name in (e.name, *e.covers, f"chapter-{e.chapter}")]
         if not matches:
-            message = f"no experiment is called {name!r}; there are {', '.join(e.name for e in known)}"
+            chapters = sorted({f"chapter-{e.chapter}" for e in known})
+            also = [f"{other} (in {e.name})" for e in known for other in e.covers]
+            message = (
+                f"no experiment is called {name!r}; there are {', '.join(e.name for e in known)}, the chapters "
+                f"{', '.join(chapters)}, and what others cover: {', '.join(also)}"
+            )
             raise InputError(message)
         wanted.update(matches)
     return [e for e in known if not names or e.name in wanted]
