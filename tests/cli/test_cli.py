@@ -108,6 +108,7 @@ def test_no_arguments_shows_help(capsys):
         ["field", "m.ply", "-o", "no-such-folder/values.npz"],
         ["field", "m.ply", "--figure", "picture.doc"],
         ["field", "m.ply", "--page", "page.png"],
+        ["reproduce", "table-9.9"],
     ],
 )
 def test_bad_usage_ends_with_2_before_any_work(arguments, capsys):
@@ -116,6 +117,18 @@ def test_bad_usage_ends_with_2_before_any_work(arguments, capsys):
     assert captured.out == ""
     assert "Traceback" not in captured.err
     assert captured.err
+
+
+@pytest.mark.parametrize("name", ["x.csv", "x.obj"])
+def test_endings_offered_for_values_hold_values(name, sphere_file, tmp_path, capsys):
+    assert cli.main(["field", str(sphere_file), "-o", str(tmp_path / name)]) == 2
+    said = capsys.readouterr().err.replace("\u2502", " ")
+    offered = said.split("use ")[1].split("\u2570")[0].replace(",", " ").split()
+    assert ".npz" in offered
+    for ending in offered:
+        out = tmp_path / f"values{ending}"
+        assert cli.main(["field", str(sphere_file), "-o", str(out), "--json"]) == 0
+        assert "gfe" in pliant.load_arrays(out)
 
 
 def one_error_line(said: str, path: Path) -> bool:

@@ -125,6 +125,8 @@ def test_no_command_is_named_that_would_change_nothing(
             "2 edges; mend the mesh (see `pliant inspect`)",
         ),
         ("first [3]; mend them or use kind='robust'", "first [3]; mend them"),
+        ('use device="cpu", which', "use --device cpu, which"),
+        ('choose either device="cuda" or scheduler=: w', "choose either --device cuda or --scheduler: w"),
         ("how to orient it", "how to orient it"),
     ],
 )

@@ -21,6 +21,8 @@ _REMEDIES = (
     # No command has this option: what is left is to mend the mesh.
     (r"use kind='robust'(, which takes non-manifold meshes)?, or | or use kind='robust'", ""),
     (r"""weights=['"]uniform['"]""", "--weights uniform"),
+    (r"""\bdevice=['"](cpu|cuda)['"]""", r"--device \1"),
+    (r"\bscheduler=(?=:)", "--scheduler"),
     (r"pliant\.check_up\b(\(mesh\))?", "`pliant inspect`"),
 )  # fmt: skip
 

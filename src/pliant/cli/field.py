@@ -16,16 +16,17 @@ from .workers import Scheduler, workers
 def _values_file(path: Path | None) -> Path | None:
     """Refuse a file that cannot hold per-vertex arrays, before the work and not after it."""
     from ..errors import InputError
-    from ..mesh.formats import for_writing
+    from ..mesh.formats import FORMATS, for_writing
 
     name = "" if path is None else path.name.lower()
     if name and not name.endswith((".npz", ".gii", ".gii.gz")):
         try:
             able = for_writing(name).holds_arrays
-        except InputError as error:
-            raise typer.BadParameter(str(error)) from error
+        except InputError:
+            able = False
         if not able:
-            message = f"{path}: this format holds no values; use .npz, .ply, .vtp or .func.gii"
+            others = ", ".join(ending for kind in FORMATS if kind.holds_arrays for ending in kind.endings)
+            message = f"{path}: files of this ending hold no values; use .npz, .func.gii, {others}"
             raise typer.BadParameter(message)
     return folder_checked(path)
 
