@@ -7,9 +7,10 @@ import pytest
 from matplotlib.patches import Wedge
 
 from pliant import InputError, shapes
-from pliant.heart import TERRITORIES, VentricleFrame
-from pliant.report import bulls_eye_figure, segment_figure
+from pliant.heart import TERRITORIES, VentricleFrame, describe_heart, heart_phantom
+from pliant.report import bulls_eye_figure, segment_figure, write_page
 from pliant.report.heart import _section, segment_colours
+from pliant.report.heart_page import heart_page
 
 
 def test_bulls_eye_puts_each_segment_where_the_standard_does() -> None:
@@ -61,3 +62,18 @@ def test_wrong_sizes_are_refused() -> None:
         bulls_eye_figure(np.ones(16))
     with pytest.raises(InputError, match="labels"):
         segment_figure(shapes.icosphere(1), np.ones(3, int), frame)
+
+
+@pytest.mark.filterwarnings("ignore::ResourceWarning")
+def test_the_page_of_a_ventricle_fits_a_phone(browser, tmp_path) -> None:
+    phantom = heart_phantom(spacing=4.0, mesh_step=2.5, rng=1)
+    found = describe_heart(phantom.mesh, landmarks=phantom.landmarks, points=40)
+    html = heart_page(found, title="A_name_of_a_file_that_is_far_too_long_for_one_line.vtk")
+    opened = browser.open(write_page(tmp_path / "page.html", html))
+    opened.wide(390, 844)
+    assert opened.run("return document.documentElement.scrollWidth") == 390
+    # The table of segments scrolls in a region that keys reach.
+    region = "return document.querySelector('[aria-label=\"Numbers of segments\"]')"
+    assert opened.run(region + ".tabIndex") == 0
+    assert opened.run(region + ".scrollWidth") > opened.run(region + ".clientWidth")
+    opened.wide(1280, 800)
