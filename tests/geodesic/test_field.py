@@ -118,7 +118,7 @@ def test_intervals_cover_on_a_real_shape(data: Path, weights: str) -> None:
     assert np.mean(covered) > 0.88
 
 
-def test_no_estimate_is_negative_where_no_path_passes() -> None:
+def test_an_estimate_is_0_where_no_path_passes() -> None:
     sphere = pliant.shapes.bumpy_sphere(3, rng=3)
     # An ear on every tenth face: the tip of a triangle outside, which no path passes.
     tips = sphere.vertices[sphere.faces[::10]].mean(axis=1) * 1.4
@@ -127,8 +127,8 @@ def test_no_estimate_is_negative_where_no_path_passes() -> None:
     mesh = pliant.Mesh(np.vstack([sphere.vertices, tips]), np.vstack([sphere.faces, ears]))
     for seed in range(3):
         values = pliant.estimate_gfe(mesh, 64, rng=seed).values
-        assert values.min() >= 0
-        assert values[corners].max() < 1e-12 * values.max()
+        assert values.min() == 0
+        assert not values[corners].any()
 
 
 def test_a_sample_of_everything_is_exact_and_a_seed_fixes_bytes() -> None:

@@ -213,8 +213,7 @@ def estimate_gfe(
         return FieldEstimate(exact * scale, np.zeros(n), confidence, np.arange(n))
     groups, stands_for = _stratified(solver.order, n_strata, np.random.default_rng(rng))
     found = solver.sampled_betweenness(list(groups), back, stands_for, **where)
-    # What paths add up to is never negative: where none passes, rounding may be.
-    estimates = np.maximum(found * scale, 0)
+    estimates = found * scale
     missing = 1 - n_strata * GROUPS / n
     error = np.sqrt(estimates.var(axis=0, ddof=1) / GROUPS * missing)
     half = stats.t.ppf(0.5 + confidence / 2, GROUPS - 1) * error
