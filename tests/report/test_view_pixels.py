@@ -124,16 +124,15 @@ def test_the_screenshot_is_what_the_software_renderer_draws(driver, animal):
 
 def test_a_step_marks_a_vertex_and_its_mirror_image(driver, animal):
     run = driver.execute_script
-    run(
-        "pliant.look('front'); pliant.map = null; pliant.panes[0].picked = null; pliant.panes[0].view.mark(null)"
-    )
+    run("pliant.panes[0].lookAlong(0)")
+    run("pliant.map = null; pliant.panes[0].picked = null; pliant.panes[0].view.mark(null)")
     before = screenshot(driver, 0)
     driver.find_element("id", "next").click()
     assert driver.find_element("id", "step").text == "Symmetry 1 (global), 1 of 2"
     marked, image = run("return [pliant.panes[0].view.marked, pliant.panes[0].view.mirrored]")
     assert animal.symmetry[marked] == image
     gaps = np.linalg.norm(animal.mesh.vertices - animal.mesh.vertices[animal.symmetry], axis=1)
-    assert gaps[marked] == pytest.approx(gaps.max(), rel=1e-5)
+    assert gaps[marked] > 0.95 * gaps.max()  # the farthest of those that face the viewer at both ends
     after = screenshot(driver, 0)
     for vertex in (marked, image):
         x, y, _ = run("return pliant.panes[0].view.project(arguments[0])", int(vertex))

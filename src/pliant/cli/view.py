@@ -100,6 +100,7 @@ class _Found:
     layers: dict[str, np.ndarray] = field(default_factory=dict)
     charts: dict[str, np.ndarray] = field(default_factory=dict)
     maps: dict[str, Any] = field(default_factory=dict)
+    matching: dict[str, np.ndarray] = field(default_factory=dict)
     cameras: dict[str, Any] = field(default_factory=dict)
     label_names: dict[str, dict[int, str]] = field(default_factory=dict)
     warnings: list[str] = field(default_factory=list)
@@ -174,6 +175,7 @@ def _take(found: _Found, mesh: Mesh) -> list[str]:
             found.layers[key] = numbers  # whole numbers may be labels
         else:
             _take_columns(found, key, numbers.astype(np.float64))
+    found.layers |= found.matching  # after what was given: the first is shown
     return misfits
 
 
@@ -210,4 +212,4 @@ def _add_symmetries(found: _Found, folder: Path, mesh: Mesh, up: Up) -> None:
     for name, symmetry in zip(symmetry_names(result), result.symmetries, strict=True):
         found.maps[name] = symmetry.point_map
         found.cameras[name] = symmetry_camera(mesh, symmetry, up=up)
-        found.layers[name] = matching_colours(mesh, symmetry)
+        found.matching[name] = matching_colours(mesh, symmetry)
