@@ -274,6 +274,8 @@ def test_a_column_of_words_is_left_out_and_said(tmp_path: Path) -> None:
         ("1,2\n3\n", "1 rows do not have the 2 cells .* row 2 with 1"),
         ("\n", "empty"),
         ("a,b\nc,d\n", "no column"),
+        ("a\n1_0\n2\n", "no column"),
+        ("a,a\n1,2\n", "1 columns have the name of another"),
     ],
 )
 def test_a_table_without_numbers_or_rows_of_one_length_is_refused(

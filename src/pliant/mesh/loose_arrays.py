@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -11,6 +12,7 @@ from numpy.typing import NDArray
 
 from ..errors import FileFormatError
 from .formats import file_bytes
+from .formats.text import floats, integers
 
 TABLES = (".csv", ".tsv", ".txt")
 
@@ -74,6 +76,11 @@ def read_table(path: Path) -> tuple[dict[str, NDArray[Any]], tuple[str, ...]]:
     titles = [f"column {i + 1}" for i in range(wide)] if wide > 1 else [path.stem]
     if _numbers(rows[0]) is None:
         titles, rows = [cell or title for cell, title in zip(rows[0], titles, strict=True)], rows[1:]
+    if len(set(titles)) < wide:
+        message = (
+            f"{path}: {wide - len(set(titles))} columns have the name of another, first row {titles[:6]}"
+        )
+        raise FileFormatError(message)
     columns = {title: _numbers(cells) for title, cells in zip(titles, zip(*rows, strict=True), strict=False)}
     left = [title for title, values in columns.items() if values is None]
     found = {title: values for title, values in columns.items() if values is not None}
@@ -84,13 +91,12 @@ def read_table(path: Path) -> tuple[dict[str, NDArray[Any]], tuple[str, ...]]:
     return found, notes
 
 
-def _numbers(cells: Any) -> NDArray[Any] | None:
-    """Parse cells as whole numbers, or else as floats; None where one is neither."""
-    try:
-        return np.array([int(cell) for cell in cells], dtype=np.int64)
-    except (ValueError, OverflowError):
-        pass
-    try:
-        return np.array([float(cell) if cell else np.nan for cell in cells])
-    except ValueError:
-        return None
+def _numbers(cells: Sequence[str]) -> NDArray[Any] | None:
+    """Parse cells as whole numbers, or else as floats, an empty one as NaN; None where one is neither."""
+    tokens = [cell.encode() or b"nan" for cell in cells]
+    for parse in (integers, floats):
+        try:
+            return parse(tokens)
+        except FileFormatError:
+            continue
+    return None
