@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import typer
 
-from .output import given, output_folder, say, say_json, show_facts, show_table
+from .output import ResultsFolder, given, say, say_json, show_facts, show_table
 from .workers import Scheduler, workers
 
 if TYPE_CHECKING:
@@ -22,16 +22,6 @@ Table = Annotated[
         callback=given,
         help="A CSV with columns subject, mesh, and perhaps group, landmarks, map_NAME; or a folder of FreeSurfer's "
         "or BIDS derivatives.",
-    ),
-]
-Out = Annotated[
-    Path,
-    typer.Option(
-        "--output",
-        "-o",
-        metavar="DIR",
-        callback=output_folder,
-        help="Folder for results; a run resumes there.",
     ),
 ]
 LandmarkFile = Annotated[
@@ -82,7 +72,7 @@ AsJson = Annotated[bool, typer.Option("--json", help="Write JSON to standard out
 
 def cortex(
     cohort: Table,
-    out: Out,
+    out: ResultsFolder,
     landmarks: LandmarkFile = None,
     surface: Surface = "white",
     hemisphere: Side = "left",

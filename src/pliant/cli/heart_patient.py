@@ -12,7 +12,7 @@ from .ending import complain
 from .files import write_figure, write_rows, write_text
 from .heart import heart as heart
 from .heart_options import AsJson, Landmarks, Mask, Patient, Right, takes_patient
-from .output import given, load_examined, mesh_file, named, output_folder, say, say_json, show_facts
+from .output import MeshOutput, given, load_examined, named, output_folder, say, say_json, show_facts
 
 if TYPE_CHECKING:
     from ..heart import HeartDescription
@@ -23,16 +23,7 @@ def surface(
     volume: Annotated[
         Path, typer.Argument(metavar="VOLUME", callback=given, help="The image, or a mask of 0 and 1.")
     ],
-    out: Annotated[
-        Path,
-        typer.Option(
-            "--output",
-            "-o",
-            metavar="FILE",
-            callback=mesh_file,
-            help="Mesh to write: .ply, .vtk, .obj and others.",
-        ),
-    ],
+    out: MeshOutput,
     mask: Mask = None,
     level: Annotated[float | None, typer.Option(help="Value between blood and wall.")] = None,
     denoising: Annotated[

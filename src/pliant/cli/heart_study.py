@@ -13,7 +13,7 @@ from .ending import complain
 from .files import write_rows, write_text
 from .heart_options import AsJson, Jobs, Points, Radius, Seed
 from .heart_patient import heart as heart
-from .output import given, output_folder, say, say_json, show_table
+from .output import ResultsFolder, given, say, say_json, show_table
 from .workers import Scheduler, workers
 
 if TYPE_CHECKING:
@@ -34,16 +34,7 @@ def study(
             metavar="COHORT", callback=given, help="CSV: subject, mesh or volume, landmarks, stenosis_LAD ..."
         ),
     ],
-    out: Annotated[
-        Path,
-        typer.Option(
-            "--output",
-            "-o",
-            metavar="DIR",
-            callback=output_folder,
-            help="Folder for results; a run resumes there.",
-        ),
-    ],
+    out: ResultsFolder,
     scenario: Annotated[
         Literal["global", "segment", "territory"],
         typer.Option(help="One bag a subject, segment or territory."),

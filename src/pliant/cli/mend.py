@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from .field import AsJson, MeshFile
-from .output import mesh_file, named, report_findings, say, say_json, show_facts
+from .output import MeshOutput, named, report_findings, say, say_json, show_facts
 
 if TYPE_CHECKING:
     from ..mesh import Mesh, Repair
@@ -16,16 +16,7 @@ if TYPE_CHECKING:
 
 def mend(
     mesh: MeshFile,
-    out: Annotated[
-        Path,
-        typer.Option(
-            "--output",
-            "-o",
-            metavar="FILE",
-            callback=mesh_file,
-            help="Mesh to write: .ply, .vtk, .obj and others.",
-        ),
-    ],
+    out: MeshOutput,
     merge: Annotated[
         float | None,
         typer.Option(

@@ -7,7 +7,7 @@ import os
 import sys
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -126,6 +126,28 @@ def output_folder(path: Path | None) -> Path | None:
         message = f"the folder {there} cannot be written to"
         raise typer.BadParameter(message)
     return path
+
+
+MeshOutput = Annotated[
+    Path,
+    typer.Option(
+        "--output",
+        "-o",
+        metavar="FILE",
+        callback=mesh_file,
+        help="Mesh to write: .ply, .vtk, .obj and others.",
+    ),
+]
+ResultsFolder = Annotated[
+    Path,
+    typer.Option(
+        "--output",
+        "-o",
+        metavar="DIR",
+        callback=output_folder,
+        help="Folder for results; a run resumes there.",
+    ),
+]
 
 
 def given(paths: Any) -> Any:
